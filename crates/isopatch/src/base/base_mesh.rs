@@ -1,0 +1,60 @@
+use crate::field::Field;
+use crate::geom::{Aabb, Mat3, Point3, Vec3};
+use crate::mesh::HalfEdgeMesh;
+
+/// What an edge of a base mesh means for the surface over it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EdgeFeature {
+    /// The surface is smooth across it.
+    Smooth,
+    /// The surface ends there.
+    Boundary,
+}
+
+/// The input of every surface construction: connectivity with positions, normals, curvature and features.
+///
+/// Faces are counter-clockwise seen from the outward normal.
+#[derive(Clone, Debug)]
+pub struct BaseMesh {
+    /// Connectivity; all faces are triangles.
+    pub mesh: HalfEdgeMesh,
+    /// Position of each vertex, on the surface.
+    pub positions: Vec<Point3>,
+    /// Outward unit normal of each vertex.
+    pub normals: Vec<Vec3>,
+    /// Curvature tensor M of each vertex, see [`crate::geom::Jet::curvature_tensor`].
+    pub curvatures: Vec<Mat3>,
+    /// Meaning of each edge.
+    pub features: Vec<EdgeFeature>,
+}
+
+impl BaseMesh {
+    /// Takes normals and curvature tensors from the field at the given positions, which are on its surface.
+    pub fn from_field(field: &dyn Field, mesh: HalfEdgeMesh, positions: Vec<Point3>) -> Self {
+        let (normals, curvatures) = positions
+            .iter()
+            .map(|p| {
+                let jet = field.jet(*p);
+                (jet.gradient.normalize(), jet.curvature_tensor())
+            })
+            .unzip();
+        let features = mesh
+            .edges()
+            .map(|e| match mesh.twin(mesh.edge_half_edge(e)) {
+                Some(_) => EdgeFeature::Smooth,
+                None => EdgeFeature::Boundary,
+            })
+            .collect();
+        Self { mesh, positions, normals, curvatures, features }
+    }
+
+    /// Bounding box of the vertices.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::around(&self.positions)
+    }
+
+    /// Diagonal of the bounding box of the vertices: the unit of relative lengths.
+    pub fn diagonal(&self) -> f64 {
+        self.bounds().diagonal()
+    }
+}

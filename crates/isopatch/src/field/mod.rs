@@ -1,0 +1,43 @@
+//! Scalar functions of space: what an implicit surface is the zero set of.
+
+use crate::geom::{Aabb, Interval, Jet, Point3, PointsMut, PointsView, Vec3};
+
+/// A scalar function f(x, y, z); its surface is f = 0, inside is f < 0, and ∇f points out.
+///
+/// Batch forms take one array per coordinate; all slices of one call have the same length. They have defaults
+/// that call the pointwise forms, and give the same values as these, bit for bit.
+pub trait Field: Send + Sync {
+    /// f(p). NaN or infinite outside the domain of the formula.
+    fn value(&self, p: Point3) -> f64;
+
+    /// f(p) and ∇f(p).
+    fn gradient(&self, p: Point3) -> (f64, Vec3);
+
+    /// f, ∇f and ∇²f at p.
+    fn jet(&self, p: Point3) -> Jet;
+
+    /// An interval that holds f(p) for every p of the cell, rounded outward; infinite where nothing is known.
+    fn range(&self, cell: &Aabb) -> Interval;
+
+    /// Enclosures of f and of the three components of ∇f over the cell, rounded outward.
+    fn gradient_range(&self, cell: &Aabb) -> (Interval, [Interval; 3]);
+
+    /// A bound on the difference between the computed and the exact f(p), from rounding alone.
+    fn rounding_bound(&self, p: Point3) -> f64;
+
+    /// f at every point.
+    fn values(&self, points: PointsView<'_>, f: &mut [f64]) {
+        for (i, f) in f.iter_mut().enumerate() {
+            *f = self.value(points.get(i));
+        }
+    }
+
+    /// f and ∇f at every point.
+    fn gradients(&self, points: PointsView<'_>, f: &mut [f64], gradient: PointsMut<'_>) {
+        for (i, f) in f.iter_mut().enumerate() {
+            let (value, g) = self.gradient(points.get(i));
+            *f = value;
+            (gradient.x[i], gradient.y[i], gradient.z[i]) = (g.x, g.y, g.z);
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Points, boxes, intervals and jets: the small values that everything else is made of.
+//!
+//! Positions are vectors ([`Point3`] is an alias of [`Vec3`]), because Bernstein–Bézier algebra forms affine
+//! combinations of points all the time and a separate point type would hide the formulas.
+
+mod aabb;
+mod interval;
+mod jet;
+mod points;
+
+pub use aabb::Aabb;
+pub use interval::Interval;
+pub use jet::Jet;
+pub use points::{Points, PointsMut, PointsView};
+
+/// A vector of three coordinates, in model units.
+pub type Vec3 = nalgebra::Vector3<f64>;
+/// A position, in model units, as its vector from the origin.
+pub type Point3 = Vec3;
+/// A 3×3 matrix, such as a Hessian or a curvature tensor.
+pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// The angle between two nonzero vectors, in radians, in [0, π].
+///
+/// Accurate for tiny angles, where the arc cosine of the dot product would lose half of the digits.
+pub fn angle_between(a: &Vec3, b: &Vec3) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}

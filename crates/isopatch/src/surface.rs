@@ -1,0 +1,115 @@
+//! What a smooth surface made of patches is, whatever method made it; traits and small value types only.
+
+use crate::geom::{Aabb, Point3, Vec3};
+
+/// Number of a patch in its surface, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PatchId(pub u32);
+
+impl PatchId {
+    /// As an index into a per-patch array.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Parameter domain of a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// (u, v) with u, v, 1 − u − v ≥ 0: barycentric coordinates of the first two corners.
+    Triangle,
+    /// (u, v) in the unit square.
+    Square,
+}
+
+/// A point of a patch with its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Position.
+    pub point: Point3,
+    /// Unit normal, out of the solid; NaN where the derivatives are parallel.
+    pub normal: Vec3,
+    /// Derivative by the first parameter.
+    pub du: Vec3,
+    /// Derivative by the second parameter.
+    pub dv: Vec3,
+}
+
+/// How a patch is represented: what a writer needs to know.
+#[derive(Clone, Copy, Debug)]
+pub enum PatchForm<'a> {
+    /// A polynomial Bézier triangle: its control net in the index order of [`crate::bernstein`].
+    BezierTriangle {
+        /// Polynomial degree.
+        degree: usize,
+        /// (degree + 1)(degree + 2)/2 control points.
+        net: &'a [Point3],
+    },
+}
+
+/// One side of a seam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SeamSide {
+    /// The patch.
+    pub patch: PatchId,
+    /// Which edge of it: for a triangle, edge k runs from corner k to corner k + 1.
+    pub edge: u8,
+    /// Does the patch's edge run against the seam?
+    pub reversed: bool,
+}
+
+/// How smoothly two patches meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continuity {
+    /// Positions agree.
+    G0,
+    /// Positions and tangent planes agree.
+    G1,
+}
+
+/// Where two patches meet, or a patch ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seam {
+    /// The patch that gives the seam its direction.
+    pub first: SeamSide,
+    /// The other patch; none on a boundary.
+    pub second: Option<SeamSide>,
+    /// What holds across it.
+    pub continuity: Continuity,
+}
+
+/// A smooth surface made of patches that can be sampled.
+pub trait Surface: Send + Sync {
+    /// Number of patches.
+    fn patch_count(&self) -> usize;
+
+    /// Parameter domain of a patch.
+    fn domain(&self, patch: PatchId) -> Domain;
+
+    /// Point, normal and derivatives at one parameter of a patch.
+    fn sample(&self, patch: PatchId, uv: [f64; 2]) -> Sample;
+
+    /// Samples at many parameters of one patch, into `out` (of the same length).
+    fn sample_batch(&self, patch: PatchId, uv: &[[f64; 2]], out: &mut [Sample]) {
+        for (out, uv) in out.iter_mut().zip(uv) {
+            *out = self.sample(patch, *uv);
+        }
+    }
+
+    /// The representation of a patch.
+    fn form(&self, patch: PatchId) -> PatchForm<'_>;
+
+    /// All seams and boundaries.
+    fn seams(&self) -> &[Seam];
+
+    /// Mesh vertices at the corners of a patch: patches that share a corner have the same number there.
+    fn corners(&self, patch: PatchId) -> [u32; 3];
+
+    /// A box around a patch.
+    fn bounds(&self, patch: PatchId) -> Aabb;
+
+    /// All patches.
+    fn patches(&self) -> Box<dyn Iterator<Item = PatchId>> {
+        Box::new((0..self.patch_count() as u32).map(PatchId))
+    }
+}
