@@ -1,1 +1,3 @@
-//! numeric
+//! Small numerical tools that the methods share.
+
+pub mod quadrature;

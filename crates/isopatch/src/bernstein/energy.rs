@@ -1,0 +1,107 @@
+//! The symmetric thin-plate energy of a Bézier triangle, and the interior that minimises it.
+
+use super::{index, triangle};
+use crate::numeric::quadrature::triangle_gauss;
+use nalgebra::DMatrix;
+
+/// Matrix E of the thin-plate energy ∫ |b_xx|² + 2 |b_xy|² + |b_yy|² of a net of degree n: energy = cᵀ E c
+/// for each coordinate.
+///
+/// The domain is the equilateral triangle with unit area measure, so that the energy does not depend on which
+/// corner comes first. Tong & Kim 2009, eq. (13), is the same integral in (u, v), which is not symmetric
+/// (PAPERS.md, misprints and deviations).
+pub fn thin_plate(n: usize) -> DMatrix<f64> {
+    // Sum-zero barycentric directions along an edge of length 1 and perpendicular to it.
+    let x = [-1.0, 1.0, 0.0];
+    let y = [-1.0, -1.0, 2.0].map(|c| c / 3f64.sqrt());
+    let mut energy = DMatrix::zeros(index::count(n), index::count(n));
+    // Squares of second derivatives have degree 2 (n − 2).
+    for (uvw, weight) in triangle_gauss(n) {
+        for (a, b, factor) in [(x, x, 1.0), (x, y, 2.0), (y, y, 1.0)] {
+            let row = second_derivative(n, uvw, a, b);
+            energy.ger(weight * factor, &row, &row, 1.0);
+        }
+    }
+    energy
+}
+
+fn second_derivative(n: usize, uvw: [f64; 3], a: [f64; 3], b: [f64; 3]) -> nalgebra::DVector<f64> {
+    let lower = triangle::derivative_basis(n - 1, uvw, b);
+    let mut row = nalgebra::DVector::zeros(index::count(n));
+    for (ijk, value) in index::indices(n - 1).zip(lower) {
+        for c in 0..3 {
+            let mut raised = ijk;
+            raised[c] += 1;
+            row[index::position(raised)] += n as f64 * a[c] * value;
+        }
+    }
+    row
+}
+
+/// The matrix that gives the interior control points of least thin-plate energy from the boundary ones:
+/// (interior) × (boundary), both in net order. Its rows sum to one.
+pub fn thin_plate_fill(n: usize) -> DMatrix<f64> {
+    let energy = thin_plate(n);
+    let (boundary, interior): (Vec<_>, Vec<_>) = index::indices(n).partition(|ijk| index::is_boundary(*ijk));
+    let block = |rows: &[[usize; 3]], columns: &[[usize; 3]]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |r, c| {
+            energy[(index::position(rows[r]), index::position(columns[c]))]
+        })
+    };
+    let solved = block(&interior, &interior).lu().solve(&block(&interior, &boundary));
+    // The interior block is positive definite: only linear functions have no energy, and those that vanish on
+    // the boundary are zero.
+    -solved.unwrap_or_else(|| DMatrix::zeros(interior.len(), boundary.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn linear_nets_have_no_energy_and_quadratic_ones_the_exact_one() {
+        let n = 7;
+        let energy = thin_plate(n);
+        let linear = nalgebra::DVector::from_iterator(36, index::indices(n).map(|[i, j, _]| i as f64 - 2.0 * j as f64));
+        assert!((&energy * &linear).norm() < 1e-9);
+        // u² has second derivatives 2 ∂u∂u with ∂x u = −1, ∂y u = −1/√3: (∂x² + ∂y²)² · 4 = 64/9.
+        let square = index::indices(n).map(|[i, _, _]| (i * i.saturating_sub(1)) as f64 / (n * (n - 1)) as f64);
+        let square = nalgebra::DVector::from_iterator(36, square);
+        assert!(((square.transpose() * &energy * &square)[0] - 64.0 / 9.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn the_energy_does_not_prefer_a_corner() {
+        let energy = thin_plate(7);
+        let turn = |[i, j, k]: [usize; 3]| index::position([j, k, i]);
+        for a in index::indices(7) {
+            for b in index::indices(7) {
+                let here = energy[(index::position(a), index::position(b))];
+                assert!((here - energy[(turn(a), turn(b))]).abs() < 1e-9 * energy.amax());
+            }
+        }
+    }
+
+    #[test]
+    fn the_fill_is_stationary_and_reproduces_linear_functions() {
+        let n = 7;
+        let (fill, energy) = (thin_plate_fill(n), thin_plate(n));
+        assert_eq!(fill.shape(), (15, 21));
+        let linear = |[i, j, _]: [usize; 3]| i as f64 - 2.0 * j as f64;
+        let wild = |[i, j, k]: [usize; 3]| (3.0 * i as f64).sin() + (j * k) as f64 + (j as f64).cos();
+        let net = |value: &dyn Fn([usize; 3]) -> f64| {
+            let boundary = index::indices(n).filter(|i| index::is_boundary(*i)).map(value);
+            let interior = &fill * nalgebra::DVector::from_iterator(21, boundary);
+            let mut interior = interior.iter();
+            nalgebra::DVector::from_iterator(
+                36,
+                index::indices(n).map(|i| if index::is_boundary(i) { value(i) } else { *interior.next().unwrap() }),
+            )
+        };
+        let filled = net(&linear);
+        assert!(index::indices(n).zip(filled.iter()).all(|(i, got)| (got - linear(i)).abs() < 1e-11));
+        let gradient = &energy * net(&wild);
+        let inside = index::indices(n).filter(|i| !index::is_boundary(*i));
+        assert!(inside.map(|i| gradient[index::position(i)]).all(|g| g.abs() < 1e-8 * energy.amax()));
+    }
+}
