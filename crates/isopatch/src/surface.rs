@@ -1,6 +1,6 @@
 //! What a smooth surface made of patches is, whatever method made it; traits and small value types only.
 
-use crate::geom::{Aabb, Point3, Vec3};
+use crate::geom::{Aabb, Point3, Points, PointsMut, PointsView, Vec3};
 
 /// Number of a patch in its surface, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -76,6 +76,15 @@ pub struct Seam {
     pub second: Option<SeamSide>,
     /// What holds across it.
     pub continuity: Continuity,
+}
+
+/// What a surface is fitted to.
+pub trait Target: Send + Sync {
+    /// Moves every point to a nearby point of the target; a point that finds none stays where its search ended.
+    fn project(&self, points: &mut Points);
+
+    /// Signed distance from the target to first order (f/|∇f|, positive outside) and unit normal at every point.
+    fn offsets(&self, points: PointsView<'_>, offset: &mut [f64], normal: PointsMut<'_>);
 }
 
 /// A smooth surface made of patches that can be sampled.

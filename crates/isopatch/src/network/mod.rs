@@ -1,1 +1,5 @@
-//! network
+//! Boundary curves over the edges of a base mesh.
+
+mod quartic;
+
+pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_quartics};

@@ -1,5 +1,13 @@
-//! G1 splines of degree-7 Bézier triangles (Tong & Kim 2009).
+//! G1 splines of degree-7 Bézier triangles: Tong & Kim 2009, section 6, with the corrections of PAPERS.md.
+//!
+//! [`build`] is the recipe: boundary rows from the curve network, interior points fitted to the target
+//! ([`fit`]), twist points by the [`vertex`] systems, inner rows by the [`edge`] systems, free points last.
 
+mod build;
+pub mod edge;
+pub mod fit;
 mod surface;
+pub mod vertex;
 
-pub use surface::TriangularSpline;
+pub use build::{SplineError, SplineOptions, build};
+pub use surface::{DEGREE, NET, TriangularSpline};

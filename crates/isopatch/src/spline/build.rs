@@ -1,0 +1,268 @@
+//! The spline over a base mesh: curves, patches, vertex systems, edge systems, free points.
+
+use super::edge::EdgeSystem;
+use super::fit;
+use super::surface::{DEGREE, NET, TriangularSpline};
+use super::vertex::{self, EndWeights, RingCurve, VertexSystem};
+use crate::base::BaseMesh;
+use crate::bernstein::{curve, index};
+use crate::geom::{Point3, Vec3};
+use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh, VertexId};
+use crate::network::QuarticCurve;
+use crate::surface::Target;
+use rayon::prelude::*;
+
+/// How patches are fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplineOptions {
+    /// Gauss–Newton steps on the distance along the normal for the three free points of a patch.
+    pub normal_distance_steps: usize,
+    /// Weight of tangential motion in these steps; much less folds patches.
+    pub tangential_weight: f64,
+}
+
+impl Default for SplineOptions {
+    fn default() -> Self {
+        Self { normal_distance_steps: 2, tangential_weight: 1e-2 }
+    }
+}
+
+/// Why the G1 conditions could not be solved.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SplineError {
+    /// A corner angle at the vertex is 0 or π.
+    #[error("the G1 conditions at vertex {vertex} are singular (a corner angle of 0° or 180°)")]
+    SingularVertex {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// The conditions along the edge are singular: λ is outside (0, 1) at an end.
+    #[error("the G1 conditions along edge {edge} between vertices {from} and {to} are singular")]
+    SingularEdge {
+        /// Edge number.
+        edge: u32,
+        /// Start vertex.
+        from: u32,
+        /// End vertex.
+        to: u32,
+    },
+}
+
+/// An edge in one of its two directions: 2e along the edge's half edge, 2e + 1 against it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Dart(u32);
+
+impl Dart {
+    fn new(edge: EdgeId, reversed: bool) -> Self {
+        Self(2 * edge.0 + u32::from(reversed))
+    }
+
+    /// The dart of a half edge.
+    fn of(mesh: &HalfEdgeMesh, h: HalfEdgeId) -> Self {
+        let e = mesh.edge(h);
+        Self::new(e, mesh.edge_half_edge(e) != h)
+    }
+
+    fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    fn reverse(self) -> Self {
+        Self(self.0 ^ 1)
+    }
+
+    /// Control point m of its curve, counted from where the dart starts.
+    fn point(self, curves: &[[Point3; 5]], m: usize) -> Point3 {
+        curves[self.index() / 2][if self.0 & 1 == 0 { m } else { 4 - m }]
+    }
+}
+
+/// The darts that leave a vertex, counter-clockwise, and the half edge of the corner after each of them (one corner
+/// less at a boundary).
+struct Ring {
+    darts: Vec<Dart>,
+    corners: Vec<HalfEdgeId>,
+}
+
+impl Ring {
+    fn of(mesh: &HalfEdgeMesh, v: VertexId) -> Self {
+        let corners: Vec<HalfEdgeId> = mesh.ring(v).collect();
+        let mut darts: Vec<Dart> = corners.iter().map(|h| Dart::of(mesh, *h)).collect();
+        if let (true, Some(last)) = (mesh.is_boundary_vertex(v), corners.last()) {
+            darts.push(Dart::of(mesh, mesh.prev(*last)).reverse());
+        }
+        Self { darts, corners }
+    }
+
+    fn is_open(&self) -> bool {
+        self.corners.len() < self.darts.len()
+    }
+}
+
+/// Builds the G1 spline over `base` with the given boundary curves (one an edge), fitted to `target`.
+///
+/// Tong & Kim 2009, section 6, by the steps of spline.md section 3 (5 to 8). Linear time; parallel, with the same
+/// result for every number of threads.
+pub fn build(
+    base: BaseMesh,
+    curves: &[QuarticCurve],
+    target: &dyn Target,
+    options: &SplineOptions,
+) -> Result<TriangularSpline, SplineError> {
+    let curves: Vec<[Point3; 5]> = curves.iter().map(|c| c.q).collect();
+    let mut nets = nets_with_boundary(&base.mesh, &curves);
+    let footprints = fit::fill_and_fit(&mut nets, target);
+    let weights = end_weights(&base, &curves);
+    let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
+    solve_edges(&base.mesh, &curves, &weights, &mu1, &mut nets)?;
+    fit::refit_free_points(&mut nets, &footprints);
+    fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
+    Ok(TriangularSpline::new(base, curves, nets))
+}
+
+/// Nets whose boundary rows are the curves, elevated from degree 4 to 7 once for both sides; the rest is zero.
+fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point3; NET]> {
+    let elevated: Vec<[Point3; DEGREE + 1]> = curves.iter().map(curve::elevate).collect();
+    mesh.faces()
+        .map(|f| {
+            let mut net = [Point3::zeros(); NET];
+            for (side, h) in mesh.face_half_edges(f).enumerate() {
+                let row = &elevated[mesh.edge(h).index()];
+                let reversed = mesh.edge_half_edge(mesh.edge(h)) != h;
+                for m in 0..=DEGREE {
+                    net[index::row(DEGREE, side, 0, m)] = row[if reversed { DEGREE - m } else { m }];
+                }
+            }
+            net
+        })
+        .collect()
+}
+
+/// λ0 and μ0 of every dart, by (14); zero for darts on a boundary.
+fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
+    let mut weights = vec![EndWeights::default(); 2 * curves.len()];
+    for v in base.mesh.vertices() {
+        let ring = Ring::of(&base.mesh, v);
+        let (o, n) = (base.positions[v.index()], base.normals[v.index()]);
+        let d: Vec<Vec3> = ring.darts.iter().map(|dart| dart.point(curves, 1) - o).collect();
+        let count = d.len();
+        let inner = if ring.is_open() { 1..count - 1 } else { 0..count };
+        for i in inner {
+            weights[ring.darts[i].index()] =
+                vertex::end_weights(&d[(i + count - 1) % count], &d[i], &d[(i + 1) % count], &n);
+        }
+    }
+    weights
+}
+
+/// Position in the net of the twist point of a half edge's corner, b_511 at its start.
+fn twist_position(mesh: &HalfEdgeMesh, h: HalfEdgeId) -> usize {
+    index::row(DEGREE, mesh.side(h), 1, 1)
+}
+
+/// Solves the vertex systems, puts the twist points into the nets, and gives μ1 of every dart.
+fn solve_vertices(
+    base: &BaseMesh,
+    curves: &[[Point3; 5]],
+    weights: &[EndWeights],
+    nets: &mut [[Point3; NET]],
+) -> Result<Vec<f64>, SplineError> {
+    let mesh = &base.mesh;
+    let vertices: Vec<VertexId> = mesh.vertices().collect();
+    let wanted = &*nets;
+    let solutions: Result<Vec<_>, SplineError> = vertices
+        .par_iter()
+        .with_min_len(64)
+        .map(|v| {
+            let ring = Ring::of(mesh, *v);
+            let o = base.positions[v.index()];
+            let ring_curves: Vec<RingCurve> = ring
+                .darts
+                .iter()
+                .map(|dart| RingCurve { d: dart.point(curves, 1) - o, e: dart.point(curves, 2) - o })
+                .collect();
+            let ring_weights: Vec<EndWeights> = ring.darts.iter().map(|dart| weights[dart.index()]).collect();
+            // The left side of a dart is the right side of its reverse.
+            let far: Vec<f64> = ring.darts.iter().map(|d| 1.0 - weights[d.reverse().index()].lambda).collect();
+            let twists: Vec<Vec3> = ring
+                .corners
+                .iter()
+                .map(|h| wanted[mesh.face(*h).index()][twist_position(mesh, *h)] - o)
+                .collect();
+            let system = VertexSystem {
+                normal: base.normals[v.index()],
+                curvature: base.curvatures[v.index()],
+                curves: &ring_curves,
+                weights: &ring_weights,
+                far_lambda: &far,
+                twists: &twists,
+            };
+            let solution = vertex::solve(&system).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
+            Ok((ring, solution))
+        })
+        .collect();
+    let mut mu1 = vec![0.0; 2 * curves.len()];
+    for (v, (ring, solution)) in vertices.iter().zip(solutions?) {
+        for (h, t) in ring.corners.iter().zip(&solution.twists) {
+            nets[mesh.face(*h).index()][twist_position(mesh, *h)] = base.positions[v.index()] + t;
+        }
+        for (dart, mu) in ring.darts.iter().zip(&solution.mu1) {
+            mu1[dart.index()] = *mu;
+        }
+    }
+    Ok(mu1)
+}
+
+/// Solves the edge systems and puts the inner points of the first rows into the nets.
+fn solve_edges(
+    mesh: &HalfEdgeMesh,
+    curves: &[[Point3; 5]],
+    weights: &[EndWeights],
+    mu1: &[f64],
+    nets: &mut [[Point3; NET]],
+) -> Result<(), SplineError> {
+    let inner: Vec<(EdgeId, HalfEdgeId, HalfEdgeId)> = mesh
+        .edges()
+        .filter_map(|e| {
+            let h = mesh.edge_half_edge(e);
+            mesh.twin(h).map(|g| (e, h, g))
+        })
+        .collect();
+    // Point m of the first row of the patch left of a half edge.
+    let place = |h: HalfEdgeId, m: usize| (mesh.face(h).index(), index::row(DEGREE, mesh.side(h), 1, m));
+    let wanted = &*nets;
+    let solutions: Result<Vec<_>, SplineError> = inner
+        .par_iter()
+        .with_min_len(256)
+        .map(|&(e, h, g)| {
+            let row = |h: HalfEdgeId, m: usize| {
+                let (face, position) = place(h, m);
+                wanted[face][position]
+            };
+            let (there, back) = (Dart::new(e, false), Dart::new(e, true));
+            let (a, b) = (weights[there.index()], weights[back.index()]);
+            let system = EdgeSystem {
+                q: curves[e.index()],
+                p: std::array::from_fn(|m| row(g, DEGREE - 1 - m)),
+                r: std::array::from_fn(|m| row(h, m)),
+                lambda: [a.lambda, 1.0 - b.lambda],
+                mu: [a.mu, mu1[there.index()], 1.0 - mu1[back.index()], 1.0 - b.mu],
+                nu: 0.0,
+            };
+            system.solve().ok_or(SplineError::SingularEdge {
+                edge: e.0,
+                from: mesh.origin(h).0,
+                to: mesh.dest(h).0,
+            })
+        })
+        .collect();
+    for (&(_, h, g), solution) in inner.iter().zip(&solutions?) {
+        for m in 0..3 {
+            let (face, position) = place(h, m + 2);
+            nets[face][position] = solution.r[m];
+            let (face, position) = place(g, DEGREE - 1 - (m + 2));
+            nets[face][position] = solution.p[m];
+        }
+    }
+    Ok(())
+}

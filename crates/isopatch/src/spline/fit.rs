@@ -1,0 +1,193 @@
+//! The free control points of a patch, fitted to the target: constant matrices, made once.
+
+use super::surface::{DEGREE, NET};
+use crate::bernstein::{energy, index, triangle};
+use crate::geom::{Point3, Points, Vec3};
+use crate::surface::Target;
+use nalgebra::{DMatrix, SMatrix, SVector};
+use rayon::prelude::*;
+use std::sync::LazyLock;
+
+/// Control points inside a patch, and on its boundary.
+pub const INTERIOR: usize = 15;
+const BOUNDARY: usize = NET - INTERIOR;
+/// Samples of the fit: the interior points of the lattice of this size.
+const FIT_LATTICE: usize = 8;
+const FIT_SAMPLES: usize = 21;
+/// Samples of the distance along the normal: the interior points of the lattice of this size.
+const NORMAL_LATTICE: usize = 10;
+const NORMAL_SAMPLES: usize = 36;
+/// Control points that no G1 condition binds.
+const FREE: usize = 3;
+/// Patches whose samples are evaluated in one batch.
+const BATCH: usize = 32;
+
+type Net = [Point3; NET];
+/// Projected samples of a patch, relative to its first corner.
+pub type Footprints = [Point3; FIT_SAMPLES];
+
+/// The three free control points b_322, b_232, b_223.
+const FREE_POINTS: [usize; FREE] = [index::position([3, 2, 2]), index::position([2, 3, 2]), index::position([2, 2, 3])];
+
+struct Tables {
+    boundary: [usize; BOUNDARY],
+    interior: [usize; INTERIOR],
+    /// Boundary points → samples of the filled patch.
+    fill_samples: [[f64; BOUNDARY]; FIT_SAMPLES],
+    /// Boundary points → samples of the patch with interior points zero.
+    boundary_samples: [[f64; BOUNDARY]; FIT_SAMPLES],
+    /// Samples → interior points of least squares.
+    interior_fit: [[f64; FIT_SAMPLES]; INTERIOR],
+    /// Net with free points zero → samples.
+    bound_samples: [[f64; NET]; FIT_SAMPLES],
+    /// Samples → free points of least squares.
+    free_fit: [[f64; FIT_SAMPLES]; FREE],
+    /// Basis at the samples of the normal distance.
+    normal_basis: [[f64; NET]; NORMAL_SAMPLES],
+    /// Σ B_a B_b over these samples, for the free points.
+    free_gram: [[f64; FREE]; FREE],
+}
+
+static TABLES: LazyLock<Box<Tables>> = LazyLock::new(|| Box::new(Tables::new()));
+
+impl Tables {
+    fn new() -> Self {
+        let (boundary, interior): (Vec<_>, Vec<_>) = index::indices(DEGREE).partition(|i| index::is_boundary(*i));
+        let positions = |ijk: &[[usize; 3]]| ijk.iter().copied().map(index::position).collect::<Vec<_>>();
+        let (boundary, interior) = (positions(&boundary), positions(&interior));
+        let basis = triangle::basis_matrix(DEGREE, &triangle::interior_lattice(FIT_LATTICE));
+        let on_boundary = basis.select_columns(&boundary);
+        let inside = basis.select_columns(&interior);
+        let filled = &on_boundary + &inside * energy::thin_plate_fill(DEGREE);
+        let free = basis.select_columns(&FREE_POINTS);
+        let mut bound = basis.clone();
+        FREE_POINTS.iter().for_each(|c| bound.column_mut(*c).fill(0.0));
+        let normal = triangle::basis_matrix(DEGREE, &triangle::interior_lattice(NORMAL_LATTICE));
+        let normal_free = normal.select_columns(&FREE_POINTS);
+        Self {
+            boundary: std::array::from_fn(|i| boundary[i]),
+            interior: std::array::from_fn(|i| interior[i]),
+            fill_samples: fixed(&filled),
+            boundary_samples: fixed(&on_boundary),
+            interior_fit: fixed(&least_squares(&inside)),
+            bound_samples: fixed(&bound),
+            free_fit: fixed(&least_squares(&free)),
+            normal_basis: fixed(&normal),
+            free_gram: fixed(&(normal_free.transpose() * &normal_free)),
+        }
+    }
+}
+
+/// (AᵀA)⁻¹Aᵀ. The sample lattices determine the points in question, so the Gram matrix is regular.
+fn least_squares(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let gram = a.transpose() * a;
+    gram.lu().solve(&a.transpose()).unwrap_or_else(|| DMatrix::zeros(a.ncols(), a.nrows()))
+}
+
+fn fixed<const R: usize, const C: usize>(m: &DMatrix<f64>) -> [[f64; C]; R] {
+    std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
+}
+
+fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> Point3 {
+    let mut sum = [0.0; 3];
+    for (w, p) in row.iter().zip(points) {
+        (0..3).for_each(|c| sum[c] += w * p[c]);
+    }
+    Vec3::from(sum)
+}
+
+/// Gives every net, whose boundary points are set, the interior points that fit the target: the boundary is filled
+/// with least thin-plate energy, the filled patch is sampled, the samples are projected onto the target, and the
+/// interior points fit the projected samples by least squares.
+///
+/// Projecting the filled patch instead of the flat triangle is what the paper (section 6.1, eq. (12)) does not do;
+/// it lowers the error by an order of magnitude on coarse meshes (spline.md, main result 6).
+pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target) -> Vec<Footprints> {
+    let tables = &**TABLES;
+    let batches: Vec<Vec<Footprints>> = nets
+        .par_chunks_mut(BATCH)
+        .map(|nets| {
+            let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
+            let boundaries: Vec<[Vec3; BOUNDARY]> =
+                nets.iter().map(|net| std::array::from_fn(|i| net[tables.boundary[i]] - net[0])).collect();
+            let mut points: Points = boundaries
+                .iter()
+                .zip(&origins)
+                .flat_map(|(b, o)| tables.fill_samples.iter().map(move |row| o + combine(row, b)))
+                .collect();
+            target.project(&mut points);
+            let mut footprints = Vec::with_capacity(nets.len());
+            for (f, net) in nets.iter_mut().enumerate() {
+                let feet: Footprints = std::array::from_fn(|s| points.get(f * FIT_SAMPLES + s) - origins[f]);
+                let rest: Footprints =
+                    std::array::from_fn(|s| feet[s] - combine(&tables.boundary_samples[s], &boundaries[f]));
+                for (row, i) in tables.interior_fit.iter().zip(tables.interior) {
+                    net[i] = origins[f] + combine(row, &rest);
+                }
+                footprints.push(feet);
+            }
+            footprints
+        })
+        .collect();
+    batches.concat()
+}
+
+/// Refits the three free points of every net to its projected samples, the other points staying as they are.
+pub fn refit_free_points(nets: &mut [Net], footprints: &[Footprints]) {
+    let tables = &**TABLES;
+    nets.par_iter_mut().zip(footprints).with_min_len(BATCH).for_each(|(net, feet)| {
+        let origin = net[0];
+        let offsets = net.map(|p| p - origin);
+        let rest: Footprints = std::array::from_fn(|s| feet[s] - combine(&tables.bound_samples[s], &offsets));
+        for (row, i) in tables.free_fit.iter().zip(FREE_POINTS) {
+            net[i] = origin + combine(row, &rest);
+        }
+    });
+}
+
+/// Gauss–Newton steps on Σ (f/|∇f|)² + `tangential_weight` · |motion|² over the three free points of every net.
+pub fn reduce_normal_distance(nets: &mut [Net], target: &dyn Target, steps: usize, tangential_weight: f64) {
+    let tables = &**TABLES;
+    nets.par_chunks_mut(BATCH).for_each(|nets| {
+        let n = nets.len() * NORMAL_SAMPLES;
+        let (mut points, mut normals, mut offsets) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
+        for _ in 0..steps {
+            for (f, net) in nets.iter().enumerate() {
+                let relative = net.map(|p| p - net[0]);
+                for (s, row) in tables.normal_basis.iter().enumerate() {
+                    points.set(f * NORMAL_SAMPLES + s, net[0] + combine(row, &relative));
+                }
+            }
+            target.offsets(points.view(), &mut offsets, normals.view_mut());
+            for (f, net) in nets.iter_mut().enumerate() {
+                let first = f * NORMAL_SAMPLES;
+                free_point_step(net, |s| (offsets[first + s], normals.get(first + s)), tangential_weight);
+            }
+        }
+    });
+}
+
+/// One Gauss–Newton step; `sample(s)` gives offset and normal. Where the system is singular or the target gave no
+/// number, the net stays.
+fn free_point_step(net: &mut Net, sample: impl Fn(usize) -> (f64, Vec3), tangential_weight: f64) {
+    let tables = &**TABLES;
+    let mut a = SMatrix::<f64, 9, 9>::zeros();
+    let mut gradient = SVector::<f64, 9>::zeros();
+    for (s, basis) in tables.normal_basis.iter().enumerate() {
+        let (offset, n) = sample(s);
+        let row = SVector::<f64, 9>::from_fn(|i, _| basis[FREE_POINTS[i / 3]] * n[i % 3]);
+        a.ger(1.0, &row, &row, 1.0);
+        gradient.axpy(offset, &row, 1.0);
+    }
+    for p in 0..FREE {
+        for q in 0..FREE {
+            (0..3).for_each(|c| a[(3 * p + c, 3 * q + c)] += tangential_weight * tables.free_gram[p][q]);
+        }
+    }
+    let Some(step) = a.cholesky().map(|factor| factor.solve(&gradient)) else { return };
+    if step.iter().all(|x| x.is_finite()) {
+        for (p, i) in FREE_POINTS.iter().enumerate() {
+            net[*i] -= Vec3::new(step[3 * p], step[3 * p + 1], step[3 * p + 2]);
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The G1 conditions at a vertex: Tong & Kim 2009, section 6.2.
+//!
+//! ```text
+//!            curve i+1                Around a vertex o, curves leave counter-clockwise with d_i = q1 − o and
+//!               |    corner i        c_i = (4/7) d_i; corner i lies between curves i and i + 1 and holds the
+//!               |   • t_i            twist point t_i. Everything is an offset from o.
+//!               |
+//!               o———————— curve i    6[(1−λ0) t_{i−1} + λ0 t_i] − 4 μ1 d_i
+//!                \                      = −[(1−λ1) c_{i−1} + λ1 c_{i+1}] + 3[(1−μ0) d_i + μ0 e_i]    (15)
+//!                 \  • t_{i−1}
+//!              curve i−1             with e_i = q2 − o and λ0, λ1, μ0, μ1 of curve i seen from o.
+//! ```
+//!
+//! Row i of (15) has a normal part, solved in closed form for every valence by t_i·N = 7/6 c_iᵀ M c_{i+1}, and a
+//! tangential part with the scalar μ1 free. Taking the component across d_i removes μ1, and the least change of
+//! the twist points is then one small positive definite system per vertex. A closed vertex has as many rows as
+//! corners; a boundary vertex has no row for its first and last curve.
+
+use crate::geom::{Mat3, Vec3};
+use nalgebra::{DMatrix, DVector};
+
+/// One curve of the ring, as offsets from the vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RingCurve {
+    /// d = q1 − o.
+    pub d: Vec3,
+    /// e = q2 − o.
+    pub e: Vec3,
+}
+
+/// λ0 and μ0 of a curve, equations (14) at t = 0: (1 − λ0) c_{i−1} + λ0 c_{i+1} = μ0 d_i.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndWeights {
+    /// λ0, in (0, 1) where both corner angles are between 0 and π.
+    pub lambda: f64,
+    /// μ0.
+    pub mu: f64,
+}
+
+/// Ratio of the first control vector in degree 7 to that in degree 4.
+const ELEVATION: f64 = 4.0 / 7.0;
+
+/// λ0 and μ0 from the directions of three consecutive curves at a vertex with unit normal `n`.
+pub fn end_weights(previous: &Vec3, d: &Vec3, next: &Vec3, n: &Vec3) -> EndWeights {
+    let (before, after) = (previous.cross(d).dot(n), d.cross(next).dot(n));
+    let lambda = before / (before + after);
+    let sum = ELEVATION * ((1.0 - lambda) * previous + lambda * next);
+    EndWeights { lambda, mu: sum.dot(d) / d.norm_squared() }
+}
+
+/// The data of the conditions at one vertex.
+#[derive(Clone, Debug)]
+pub struct VertexSystem<'a> {
+    /// Unit normal N.
+    pub normal: Vec3,
+    /// Curvature tensor M.
+    pub curvature: Mat3,
+    /// Curves of the ring, counter-clockwise.
+    pub curves: &'a [RingCurve],
+    /// λ0 and μ0 of each curve; unused for the first and last curve of an open ring.
+    pub weights: &'a [EndWeights],
+    /// λ1 of each curve: its λ at the far end, in the orientation of this ring.
+    pub far_lambda: &'a [f64],
+    /// Wanted twist points, one a corner: as many as curves, one less in an open ring.
+    pub twists: &'a [Vec3],
+}
+
+/// Twist points and weights that satisfy (15).
+#[derive(Clone, Debug)]
+pub struct VertexSolution {
+    /// Twist points t_i as offsets, one a corner.
+    pub twists: Vec<Vec3>,
+    /// μ1 of each curve; 0 for the first and last curve of an open ring.
+    pub mu1: Vec<f64>,
+}
+
+/// Solves (15) with the exact second fundamental form in every corner and the least tangential change of the
+/// wanted twist points. O(n³) for valence n. None if the tangential system is singular (a corner angle of 0 or π).
+pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
+    let VertexSystem { normal, curvature, curves, weights, far_lambda, twists } = system;
+    let (n, corners) = (curves.len(), twists.len());
+    let open = corners < n;
+    let previous = |i: usize| (i + n - 1) % n;
+    let c = |i: usize| ELEVATION * curves[i % n].d;
+
+    // Normal part: the full second fundamental form (PAPERS.md, Appendix C with 7/6 in place of 2/3).
+    let normal_part = |i: usize| 7.0 / 6.0 * c(i).dot(&(curvature * c(i + 1)));
+    let tangential = |v: &Vec3| v - v.dot(normal) * normal;
+
+    let rows: Vec<usize> = if open { (1..n - 1).collect() } else { (0..n).collect() };
+    let right = |i: usize| {
+        let (w, far) = (weights[i], far_lambda[i]);
+        let (d, e) = (curves[i].d, curves[i].e);
+        -((1.0 - far) * c(previous(i)) + far * c(i + 1)) + 3.0 * ((1.0 - w.mu) * d + w.mu * e)
+    };
+    let across: Vec<Vec3> = curves.iter().map(|curve| normal.cross(&curve.d).normalize()).collect();
+    let mut t: Vec<Vec3> = twists.iter().map(tangential).collect();
+
+    // Row r couples corners r − 1 and r through (coefficient, corner) pairs; G = A Aᵀ is cyclic tridiagonal.
+    let coefficients = |i: usize| [(6.0 * (1.0 - weights[i].lambda), previous(i)), (6.0 * weights[i].lambda, i)];
+    let residual = |i: usize, t: &[Vec3]| {
+        let left: Vec3 = coefficients(i).iter().map(|(a, corner)| *a * t[*corner]).sum();
+        right(i) - left
+    };
+    let mut gram = DMatrix::zeros(rows.len(), rows.len());
+    for (r, i) in rows.iter().enumerate() {
+        for (s, j) in rows.iter().enumerate() {
+            let shared: f64 = coefficients(*i)
+                .iter()
+                .flat_map(|(a, p)| coefficients(*j).map(|(b, q)| if *p == q { a * b } else { 0.0 }))
+                .sum();
+            gram[(r, s)] = shared * across[*i].dot(&across[*j]);
+        }
+    }
+    let violation = DVector::from_iterator(rows.len(), rows.iter().map(|i| residual(*i, &t).dot(&across[*i])));
+    let multipliers = gram.lu().solve(&violation)?;
+    for (r, i) in rows.iter().enumerate() {
+        for (a, corner) in coefficients(*i) {
+            t[corner] += a * multipliers[r] * across[*i];
+        }
+    }
+    let mut mu1 = vec![0.0; n];
+    for i in rows {
+        let d = curves[i].d;
+        mu1[i] = -residual(i, &t).dot(&d) / (4.0 * d.norm_squared());
+    }
+    let twists: Vec<Vec3> = t.iter().enumerate().map(|(i, t)| t + normal_part(i) * normal).collect();
+    let finite = twists.iter().all(|t| t.iter().all(|x| x.is_finite()));
+    finite.then_some(VertexSolution { twists, mu1 })
+}
