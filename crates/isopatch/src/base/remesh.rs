@@ -7,10 +7,10 @@ use super::connectivity::Connectivity;
 use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
-use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature};
-use super::sizing::{SizingOptions, sizes_for_count};
+use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
+use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors};
 use crate::field::Field;
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Jet, Mat3, Point3, Vec3};
 
 /// Settings of [`remesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,10 @@ pub(super) struct Remesher<'a> {
     pub mesh: Connectivity,
     pub x: Vec<Point3>,
     pub normal: Vec<Vec3>,
+    /// Largest curvature |k|max at each vertex.
     pub curvature: Vec<f64>,
+    /// Curvature tensor at each vertex.
+    pub tensor: Vec<Mat3>,
     /// Wanted edge length at each vertex.
     pub size: Vec<f64>,
 }
@@ -95,6 +98,7 @@ pub fn remesh(
         x: mesh.positions.clone(),
         normal: Vec::new(),
         curvature: Vec::new(),
+        tensor: Vec::new(),
         size: Vec::new(),
     };
     work.put_on_surface(&mesh.positions.clone());
@@ -112,6 +116,7 @@ pub fn remesh(
     work.update_sizes(faces);
     work.reach_count(faces)?;
     for _ in 0..options.polish {
+        work.update_sizes(faces);
         work.flip_for_angle();
         work.smooth_repeatedly();
     }
@@ -132,21 +137,17 @@ impl Remesher<'_> {
 
     fn update_normals(&mut self) {
         let field = self.field;
-        (self.normal, self.curvature) = self
-            .x
-            .par_iter()
-            .map(|p| {
-                let jet = field.jet(*p);
-                let k = largest_curvature(&jet.curvature_tensor());
-                let n = jet.gradient.normalize();
-                // Without a gradient there is neither: validity is judged at the end.
-                (if n.x.is_finite() { n } else { Vec3::zeros() }, if k.is_finite() { k } else { 0.0 })
-            })
-            .unzip();
+        let jets: Vec<Jet> = self.x.par_iter().map(|p| field.jet(*p)).collect();
+        // Without a gradient there is neither normal nor curvature; that is found out at the end.
+        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
+        self.normal = jets.iter().map(|j| unit_or_zero(&j.gradient)).collect();
+        self.tensor = jets.iter().map(|j| finite(j.curvature_tensor())).collect();
+        self.curvature = self.tensor.iter().map(largest_curvature).collect();
     }
 
     pub fn update_sizes(&mut self, faces: usize) {
-        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, faces, &self.options.sizing);
+        let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
+        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, faces, &self.options.sizing);
     }
 
     /// Renumbers vertices after removals.
@@ -156,6 +157,7 @@ impl Remesher<'_> {
         self.x = kept.iter().map(|i| self.x[pick(i)]).collect();
         self.normal = kept.iter().map(|i| self.normal[pick(i)]).collect();
         self.curvature = kept.iter().map(|i| self.curvature[pick(i)]).collect();
+        self.tensor = kept.iter().map(|i| self.tensor[pick(i)]).collect();
         self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
     }
 
@@ -190,11 +192,11 @@ impl Remesher<'_> {
     /// A new vertex in the middle of the edge.
     fn split(&mut self, h: u32) {
         let (a, b) = (self.mesh.origin(h) as usize, self.mesh.dest(h) as usize);
-        let n = self.normal[a] + self.normal[b];
         self.mesh.split(h);
         self.x.push(0.5 * (self.x[a] + self.x[b]));
-        self.normal.push(n / n.norm().max(f64::MIN_POSITIVE));
+        self.normal.push(unit_or_zero(&(self.normal[a] + self.normal[b])));
         self.curvature.push(0.5 * (self.curvature[a] + self.curvature[b]));
+        self.tensor.push(0.5 * (self.tensor[a] + self.tensor[b]));
         self.size.push(0.5 * (self.size[a] + self.size[b]));
     }
 
@@ -211,8 +213,7 @@ impl Remesher<'_> {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
         let (i, j) = (a as usize, b as usize);
         let middle = 0.5 * (self.x[i] + self.x[j]);
-        let n = self.normal[i] + self.normal[j];
-        let n = n / n.norm().max(f64::MIN_POSITIVE);
+        let n = unit_or_zero(&(self.normal[i] + self.normal[j]));
         let size = self.size[i].min(self.size[j]);
         let fits = |e: u32| {
             let [_, v, w] = self.mesh.corners(e);
@@ -345,11 +346,9 @@ impl Remesher<'_> {
     }
 
     pub fn smooth_repeatedly(&mut self) {
-        let faces = self.mesh.face_count();
         let before = self.x.clone();
         self.put_on_surface(&before);
         for _ in 0..self.options.smoothing {
-            self.update_sizes(faces);
             self.smooth();
         }
     }

@@ -10,6 +10,12 @@ pub fn largest_curvature(tensor: &Mat3) -> f64 {
     half_trace.abs() + (0.5 * tensor.norm_squared() - half_trace * half_trace).max(0.0).sqrt()
 }
 
+/// The vector scaled to length 1, or zero if it has no direction.
+pub(super) fn unit_or_zero(v: &Vec3) -> Vec3 {
+    let n = v / v.norm();
+    if n.sum().is_finite() { n } else { Vec3::zeros() }
+}
+
 /// Twice the area times the unit normal.
 pub(super) fn area_vector([a, b, c]: [Point3; 3]) -> Vec3 {
     (b - a).cross(&(c - a))

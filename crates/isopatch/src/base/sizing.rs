@@ -1,7 +1,9 @@
 //! How long the edges of the base mesh should be, from the curvature of the surface.
 
 use super::connectivity::Connectivity;
-use crate::geom::Point3;
+use super::shape::unit_or_zero;
+use crate::field::Field;
+use crate::geom::{Mat3, Point3, Points, Vec3};
 
 /// Settings of the edge lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,20 +64,84 @@ pub(super) fn predicted_faces(mesh: &Connectivity, x: &[Point3], size: &[f64]) -
         .sum()
 }
 
-/// Edge lengths at the vertices for about `faces` faces: shorter where the curvature is large.
+/// Relative edge lengths that make the error of a boundary curve the same everywhere.
+///
+/// Stands in for the error of the spline: the curve of degree five that takes position, tangent (along the chord) and
+/// normal curvature at both ends is off the surface by e ≈ E L⁶ in its middle, measured as |f|/|∇f|. Lengths are
+/// proportional to E^(−1/6), with E averaged over the edges of a vertex and its neighbours.
+pub(super) fn sizes_from_errors(
+    field: &dyn Field,
+    mesh: &Connectivity,
+    x: &[Point3],
+    normal: &[Vec3],
+    tensor: &[Mat3],
+) -> Vec<f64> {
+    let edges: Vec<[usize; 2]> =
+        mesh.edges().map(|h| [mesh.origin(h), mesh.dest(h)].map(|v| v as usize)).collect();
+    let middles: Points = edges.iter().map(|[a, b]| curve_middle(x, normal, tensor, *a, *b)).collect();
+    let (mut f, mut gradient) = (vec![0.0; edges.len()], Points::zeros(edges.len()));
+    field.gradients(middles.view(), &mut f, gradient.view_mut());
+    let mut rate = vec![(0.0, 0.0); x.len()];
+    for (i, [a, b]) in edges.iter().enumerate() {
+        let length = (x[*a] - x[*b]).norm();
+        let e = f[i].abs() / gradient.get(i).norm() / length.powi(ORDER);
+        if e.is_finite() {
+            for v in [*a, *b] {
+                rate[v].0 += e;
+                rate[v].1 += 1.0;
+            }
+        }
+    }
+    let rate: Vec<f64> = rate.iter().map(|(sum, n)| sum / f64::max(*n, 1.0)).collect();
+    let mut smooth = vec![(0.0, 0.0); x.len()];
+    for [a, b] in &edges {
+        for (v, w) in [(*a, *b), (*b, *a)] {
+            smooth[v].0 += rate[w];
+            smooth[v].1 += 1.0;
+        }
+    }
+    (0..x.len())
+        .map(|v| 0.5 * (rate[v] + smooth[v].0 / f64::max(smooth[v].1, 1.0)))
+        .map(|e| e.max(f64::MIN_POSITIVE).powf(-1.0 / f64::from(ORDER)))
+        .collect()
+}
+
+/// Order of the error of a boundary curve.
+const ORDER: i32 = 6;
+
+/// Middle of the quintic Hermite curve with velocities along the chord and accelerations k |v|² N at both ends.
+fn curve_middle(x: &[Point3], normal: &[Vec3], tensor: &[Mat3], a: usize, b: usize) -> Point3 {
+    let chord = x[b] - x[a];
+    let end = |v: usize| {
+        let n = &normal[v];
+        let t = unit_or_zero(&(chord - n * n.dot(&chord)));
+        // The arc is longer than the chord: by θ / sin θ if it leaves the chord at angle θ.
+        let cosine = (t.dot(&chord) / chord.norm()).clamp(0.5, 1.0);
+        let angle = cosine.acos();
+        let stretch = if angle > 1e-4 { angle / angle.sin() } else { 1.0 };
+        let velocity = chord.norm() * stretch * t;
+        let acceleration = velocity.dot(&(tensor[v] * velocity)) * n;
+        (velocity, acceleration)
+    };
+    let ((v0, a0), (v1, a1)) = (end(a), end(b));
+    0.5 * (x[a] + x[b]) + (v0 - v1) * (5.0 / 32.0) + (a0 + a1) / 64.0
+}
+
+/// Edge lengths at the vertices for about `faces` faces, proportional to `relative` where the limits allow.
 pub(super) fn sizes_for_count(
     mesh: &Connectivity,
     x: &[Point3],
     curvature: &[f64],
+    relative: Vec<f64>,
     faces: usize,
     options: &SizingOptions,
 ) -> Vec<f64> {
     let uniform = vec![1.0; x.len()];
     let mean = (predicted_faces(mesh, x, &uniform) / faces as f64).sqrt();
-    let reference = median(curvature);
-    let mut size: Vec<f64> = curvature
+    let reference = median(&relative);
+    let mut size: Vec<f64> = relative
         .iter()
-        .map(|k| mean * (reference / k.max(f64::MIN_POSITIVE)).clamp(1.0 / options.ratio, options.ratio))
+        .map(|l| mean * (l / reference).clamp(1.0 / options.ratio, options.ratio))
         .collect();
     limit_gradation(mesh, x, options.gradation, &mut size);
     // Scaling all lengths changes the count, and the cap |k|max·L ≤ turn cuts some: alternate a few times.
