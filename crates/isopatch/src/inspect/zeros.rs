@@ -13,15 +13,14 @@ const HALVINGS: usize = 45;
 struct Grid {
     origin: Point3,
     cell: Point3,
-    bricks: [usize; 3],
+    cells: [usize; 3],
 }
 
 impl Grid {
     fn new(region: &Aabb, cell: f64) -> Self {
-        let cells = region.size().map(|s| (s / cell).ceil().max(1.0));
-        let bricks = [0, 1, 2].map(|a| (cells[a] as usize).div_ceil(BRICK));
-        let cell = Point3::from_fn(|a, _| region.size()[a] / (bricks[a] * BRICK) as f64);
-        Self { origin: region.min, cell, bricks }
+        let cells = [0, 1, 2].map(|a| (region.size()[a] / cell).ceil().max(1.0) as usize);
+        let cell = Point3::from_fn(|a, _| region.size()[a] / cells[a] as f64);
+        Self { origin: region.min, cell, cells }
     }
 
     fn vertex(&self, at: [usize; 3]) -> Point3 {
@@ -35,7 +34,7 @@ impl Grid {
 /// that the field touches without changing sign, may be missed. The region's sizes and `cell` are positive.
 pub fn zeros(field: &dyn Field, region: &Aabb, cell: f64) -> Vec<Point3> {
     let grid = Grid::new(region, cell);
-    let [nx, ny, nz] = grid.bricks;
+    let [nx, ny, nz] = grid.cells.map(|n| n.div_ceil(BRICK));
     let found: Vec<Vec<Point3>> = (0..nx * ny * nz)
         .into_par_iter()
         .map(|b| brick_zeros(field, &grid, [b % nx, b / nx % ny, b / (nx * ny)].map(|i| i * BRICK)))
@@ -45,24 +44,25 @@ pub fn zeros(field: &dyn Field, region: &Aabb, cell: f64) -> Vec<Point3> {
 
 /// Zeros on the grid edges that start at a vertex of the brick whose first vertex is `first`.
 fn brick_zeros(field: &dyn Field, grid: &Grid, first: [usize; 3]) -> Vec<Point3> {
-    let cell = Aabb::new(grid.vertex(first), grid.vertex(first.map(|i| i + BRICK)));
-    let range = field.range(&cell);
+    let last = [0, 1, 2].map(|a| (first[a] + BRICK).min(grid.cells[a]));
+    let range = field.range(&Aabb::new(grid.vertex(first), grid.vertex(last)));
     if range.lo > 0.0 || range.hi < 0.0 {
         return Vec::new();
     }
-    const SIDE: usize = BRICK + 1;
-    let at = |n: usize| [n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)];
+    let [sx, sy, sz] = [0, 1, 2].map(|a| last[a] - first[a] + 1);
+    let at = |n: usize| [n % sx, n / sx % sy, n / (sx * sy)];
     let vertex = |n: usize| grid.vertex([0, 1, 2].map(|a| first[a] + at(n)[a]));
-    let points: Points = (0..SIDE * SIDE * SIDE).map(vertex).collect();
+    let points: Points = (0..sx * sy * sz).map(vertex).collect();
     let mut f = vec![0.0; points.len()];
     field.values(points.view(), &mut f);
     let mut brackets = Brackets::default();
     for n in 0..points.len() {
-        if at(n).contains(&BRICK) {
-            continue;
-        }
-        for m in [n + 1, n + SIDE, n + SIDE * SIDE] {
-            brackets.add([n, m].map(|i| (points.get(i), f[i])));
+        let [i, j, k] = at(n);
+        // Edges on the far sides belong to the next brick.
+        if i + 1 < sx && j + 1 < sy && k + 1 < sz {
+            for m in [n + 1, n + sx, n + sx * sy] {
+                brackets.add([n, m].map(|i| (points.get(i), f[i])));
+            }
         }
     }
     brackets.bisect(field)

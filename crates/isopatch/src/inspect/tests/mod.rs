@@ -352,7 +352,11 @@ fn speed_on_five_thousand_patches() {
         seconds.measure("interpolation", || interpolation(&spline.base, &spline, diagonal));
         let d = seconds.measure("deviation", || deviation(&spline, &field, diagonal, 12));
         let c = seconds.measure("coverage", || coverage(&spline, &field, diagonal, e.area, 30_000, None));
-        println!("{:?} {} {:?}", c, d.max_distance, e);
+        let z = seconds.measure("zeros", || zeros(&field, &e.bounds, (1.5 * e.area / 30_000.0).sqrt()));
+        let tree = seconds.measure("tree", || ClosestPatch::new(&spline));
+        seconds
+            .measure("nearest", || z.iter().map(|p| tree.nearest(p).unwrap().distance).fold(0.0, f64::max));
+        println!("{:?} {} {:?} {}", c, d.max_distance, e, z.len());
     });
     println!("{:?}", seconds.stages());
 }
