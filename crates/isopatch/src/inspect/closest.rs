@@ -1,10 +1,10 @@
 //! The closest point of a surface made of Bézier triangles.
 
 use super::samples::{SampleSet, net};
+use super::tree::PatchTree;
 use crate::bernstein::triangle;
-use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::geom::{Point3, Points};
 use crate::surface::{PatchId, Surface};
-use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
 /// Intervals of the lattice whose nearest point starts the iteration in a patch.
 const START_LATTICE: usize = 4;
@@ -34,7 +34,7 @@ pub struct Nearest {
 /// Search tree over the patches of a surface.
 pub struct ClosestPatch<'a> {
     surface: &'a dyn Surface,
-    tree: RTree<Prism>,
+    tree: PatchTree,
     start_parameters: Vec<[f64; 2]>,
     /// Points at the start parameters, patch after patch.
     starts: Points,
@@ -46,45 +46,50 @@ impl<'a> ClosestPatch<'a> {
         let lattice = triangle::lattice(START_LATTICE);
         let patches: Vec<PatchId> = surface.patches().collect();
         let starts = SampleSet::new(surface, &lattice).sample(surface, &patches).points;
-        let finite = |p: &PatchId| net(surface, *p).1.iter().all(|b| b.iter().all(|x| x.is_finite()));
-        let prisms = patches.into_iter().filter(finite).map(|p| Prism::new(surface, p)).collect();
         let start_parameters = lattice.iter().map(|p| [p[0], p[1]]).collect();
-        Self { surface, tree: RTree::bulk_load(prisms), start_parameters, starts }
+        Self { surface, tree: PatchTree::new(surface), start_parameters, starts }
     }
 
     /// The closest point of the surface; none for a surface without patches or a point that is not finite.
     ///
-    /// Visits the patches in the order of a lower bound of their distance and stops when the bound exceeds the
-    /// distance found. In each patch the iteration starts from the nearest point of a coarse lattice: a patch that
+    /// Begins in the patch with the nearest point of a coarse lattice and goes on to all patches that a lower bound
+    /// of their distance does not rule out. In each patch the iteration starts from the lattice point: a patch that
     /// is strongly bent may have a closer point than the one found, so the result is never too small.
     pub fn nearest(&self, p: &Point3) -> Option<Nearest> {
-        if !p.iter().all(|x| x.is_finite()) {
-            return None;
-        }
-        let mut best: Option<Nearest> = None;
-        for (prism, bound) in self.tree.nearest_neighbor_iter_with_distance_2([p.x, p.y, p.z]) {
-            if best.is_some_and(|b| bound >= b.distance * b.distance) {
-                break;
+        let mut first = None;
+        self.tree.search(p, f64::INFINITY, |patch, limit| {
+            let (start, distance) = self.start(patch, p);
+            if distance < limit {
+                first = Some((patch, start));
             }
-            let candidate = self.nearest_in_patch(prism.patch, p);
-            if best.is_none_or(|b| candidate.distance < b.distance) {
-                best = Some(candidate);
+            distance.min(limit)
+        });
+        let (patch, start) = first?;
+        let mut best = self.nearest_in_patch(patch, start, p);
+        self.tree.search(p, best.distance.powi(2), |other, limit| {
+            if other == patch {
+                return limit;
             }
-        }
-        best
+            let candidate = self.nearest_in_patch(other, self.start(other, p).0, p);
+            if candidate.distance < best.distance {
+                best = candidate;
+            }
+            best.distance.powi(2)
+        });
+        Some(best)
     }
 
     /// The closest point of one patch.
     ///
     /// Gauss–Newton with the domain as constraint: the closest point of the flat triangle that the patch's
     /// linearisation at (u, v) makes of the domain gives the direction, a line search the length of the step.
-    fn nearest_in_patch(&self, patch: PatchId, p: &Point3) -> Nearest {
+    fn nearest_in_patch(&self, patch: PatchId, start: [f64; 2], p: &Point3) -> Nearest {
         let (degree, net) = net(self.surface, patch);
         let at = |uv: [f64; 2]| {
             let t = triangle::evaluate(degree, net, uv);
             (t, Nearest { patch, uv, point: t.point, distance: (t.point - p).norm() })
         };
-        let (mut tangents, mut best) = at(self.start(patch, p));
+        let (mut tangents, mut best) = at(start);
         for _ in 0..MAX_STEPS {
             let [u, v] = best.uv;
             let corner = |x: f64, y: f64| tangents.point + (x - u) * tangents.du + (y - v) * tangents.dv;
@@ -95,8 +100,7 @@ impl<'a> ClosestPatch<'a> {
                 return if last.distance < best.distance { last } else { best };
             }
             let slope = 2.0 * (tangents.point - p).dot(&(corner(x, y) - tangents.point));
-            let Some(next) =
-                line_search(best.distance.powi(2), slope, |s| along(s), |n| n.1.distance.powi(2))
+            let Some(next) = line_search(best.distance.powi(2), slope, along, |n| n.1.distance.powi(2))
             else {
                 break;
             };
@@ -105,12 +109,17 @@ impl<'a> ClosestPatch<'a> {
         best
     }
 
-    /// Parameters of the lattice point that is nearest to `p`.
-    fn start(&self, patch: PatchId, p: &Point3) -> [f64; 2] {
+    /// Parameters of the lattice point that is nearest to `p`, and its squared distance.
+    fn start(&self, patch: PatchId, p: &Point3) -> ([f64; 2], f64) {
         let first = patch.index() * self.start_parameters.len();
-        let distance = |i: usize| (self.starts.get(first + i) - p).norm_squared();
-        let nearest = (0..self.start_parameters.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
-        nearest.map_or([1.0 / 3.0; 2], |i| self.start_parameters[i])
+        let mut best = ([1.0 / 3.0; 2], f64::INFINITY);
+        for (i, uv) in self.start_parameters.iter().enumerate() {
+            let distance = (self.starts.get(first + i) - p).norm_squared();
+            if distance < best.1 {
+                best = (*uv, distance);
+            }
+        }
+        best
     }
 }
 
@@ -153,50 +162,4 @@ fn closest_in_triangle(corners: [Point3; 3], p: &Point3) -> [f64; 2] {
     let (ab, bc, ca) = (on_edge(a, b), on_edge(b, c), on_edge(c, a));
     let candidates = [([1.0 - ab.0, ab.0], ab.1), ([0.0, 1.0 - bc.0], bc.1), ([ca.0, 0.0], ca.1)];
     candidates.into_iter().fold(([0.0; 2], f64::INFINITY), |best, c| if c.1 < best.1 { c } else { best }).0
-}
-
-/// A patch in the tree: the box of its net, and slabs across and around its corner triangle that hold the net.
-///
-/// Neighbours in a smooth surface have boxes that overlap a lot; the slabs tell them apart.
-struct Prism {
-    patch: PatchId,
-    bounds: Aabb,
-    /// Unit directions with the largest value of direction · control point.
-    slabs: [(Vec3, f64); 5],
-}
-
-impl Prism {
-    fn new(surface: &dyn Surface, patch: PatchId) -> Self {
-        let (degree, net) = net(surface, patch);
-        let corner = |k| net[crate::bernstein::index::row(degree, k, 0, 0)];
-        let normal = unit((corner(1) - corner(0)).cross(&(corner(2) - corner(0))));
-        let outward = |k| unit((corner((k + 1) % 3) - corner(k)).cross(&normal));
-        let slabs = [normal, -normal, outward(0), outward(1), outward(2)]
-            .map(|d| (d, net.iter().map(|b| d.dot(b)).fold(f64::NEG_INFINITY, f64::max)));
-        Self { patch, bounds: Aabb::around(net), slabs }
-    }
-}
-
-/// `v` with length 1, or zero, which makes a slab that holds everything.
-fn unit(v: Vec3) -> Vec3 {
-    v.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
-}
-
-impl RTreeObject for Prism {
-    type Envelope = AABB<[f64; 3]>;
-
-    fn envelope(&self) -> Self::Envelope {
-        AABB::from_corners(self.bounds.min.into(), self.bounds.max.into())
-    }
-}
-
-impl PointDistance for Prism {
-    /// Square of a lower bound of the distance to the patch.
-    fn distance_2(&self, p: &[f64; 3]) -> f64 {
-        let q = Point3::from(*p);
-        let outside_box =
-            (self.bounds.min - q).sup(&(q - self.bounds.max)).sup(&Vec3::zeros()).norm_squared();
-        let outside_slabs = self.slabs.iter().map(|(d, support)| d.dot(&q) - support).fold(0.0, f64::max);
-        outside_box.max(outside_slabs * outside_slabs)
-    }
 }

@@ -20,6 +20,7 @@ mod measure;
 mod samples;
 mod seams;
 mod text;
+mod tree;
 mod zeros;
 
 #[cfg(test)]
