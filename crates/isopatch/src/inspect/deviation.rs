@@ -129,8 +129,8 @@ fn measure(
             patch.max_distance = patch.max_distance.max(distance);
             patch.max_first_order = patch.max_first_order.max(first_order);
             patch.max_normal_error = patch.max_normal_error.max(normal_jump(&normal, &g));
-            // Written so that a NaN counts as a fold.
-            patch.folded |= !(normal.dot(&g) > 0.0);
+            let cosine = normal.dot(&g);
+            patch.folded |= cosine <= 0.0 || cosine.is_nan();
             let area = normal.norm();
             squares.area += area;
             squares.distance += area * distance * distance;

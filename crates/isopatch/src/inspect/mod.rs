@@ -65,6 +65,8 @@ impl Default for InspectOptions {
 pub struct Inspection {
     /// Diagonal of the bounding box of the base mesh's vertices, in model units: the unit of the lengths below.
     pub diagonal: f64,
+    /// That box.
+    pub bounds: Aabb,
     /// Number of patches.
     pub patches: usize,
     /// Connectivity of the base mesh.
@@ -93,6 +95,7 @@ pub fn inspect(
     let back = field.filter(|_| options.back_samples > 0);
     Inspection {
         diagonal,
+        bounds: base.bounds(),
         patches: surface.patch_count(),
         topology: topology(&base.mesh),
         extent,
