@@ -29,7 +29,7 @@ mod tests;
 pub use closest::{ClosestPatch, Nearest};
 pub use coverage::{Coverage, coverage};
 pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation};
-pub use foot::closest;
+pub use foot::closest_zero;
 pub use interpolation::{Interpolation, interpolation};
 pub use measure::{Extent, Topology, extent, topology};
 pub use seams::{Seams, seams};
@@ -105,4 +105,9 @@ pub fn inspect(
         coverage: back
             .and_then(|f| coverage(surface, f, diagonal, extent.area, options.back_samples, options.region)),
     }
+}
+
+/// A difference that is not a number as an infinite one, so that no maximum passes over it.
+fn or_infinite(difference: f64) -> f64 {
+    if difference.is_nan() { f64::INFINITY } else { difference }
 }

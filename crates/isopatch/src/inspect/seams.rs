@@ -1,5 +1,6 @@
 //! How well patches meet: positions and normals along every seam, from the two control nets.
 
+use super::or_infinite;
 use super::samples::net;
 use crate::bernstein::index;
 use crate::geom::{Point3, Vec3, angle_between};
@@ -67,7 +68,7 @@ fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters:
         }
         // From a common point: the difference of equal points is exactly zero wherever they are.
         let offset = a.offset(*t, &of_a, &a.edge[0]) - b.offset(*t, &of_b, &a.edge[0]);
-        gap = f64::max(gap, offset.norm());
+        gap = f64::max(gap, or_infinite(offset.norm()));
         jump = f64::max(jump, normal_jump(&a.normal(&of_a), &b.normal(&of_b)));
     }
     (gap, jump)

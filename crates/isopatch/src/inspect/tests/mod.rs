@@ -141,10 +141,10 @@ fn distances_are_true_far_from_the_surface() {
     let ellipsoid = Ellipsoid([1.0, 2.0, 3.0]);
     for i in 0..points.len() {
         let p = points.get(i);
-        let q = closest(&sphere, p, 3.0).unwrap();
+        let q = closest_zero(&sphere, p, 3.0).unwrap();
         assert!((q - p.normalize()).norm() < 1e-3 * (p.norm() - 1.0).abs(), "{p}");
         // On the ellipsoid: on the surface, and the offset along the gradient.
-        let q = closest(&ellipsoid, p, 7.0).unwrap();
+        let q = closest_zero(&ellipsoid, p, 7.0).unwrap();
         let (f, g) = ellipsoid.gradient(q);
         assert!(f.abs() < 1e-13 && (p - q).cross(&g).norm() < 1e-3 * (p - q).norm() * g.norm(), "{p}");
         // No sampled point of the ellipsoid is closer.
@@ -169,7 +169,7 @@ fn the_batched_distance_agrees_with_the_single_search() {
     let batched = foot::distances(&field, &points, &f, &g, 2.0);
     for (i, distance) in batched.iter().enumerate() {
         let p = points.get(i);
-        let single = (closest(&field, p, 2.0).unwrap() - p).norm();
+        let single = (closest_zero(&field, p, 2.0).unwrap() - p).norm();
         assert!((distance - single).abs() <= 1e-6 * single, "{i}: {distance} {single}");
     }
 }
@@ -371,6 +371,37 @@ fn a_field_that_is_not_a_number_gives_infinite_distances_and_no_panic() {
     let d = i.deviation.unwrap();
     assert_eq!((d.max_distance, d.max_first_order, d.folded), (f64::INFINITY, f64::INFINITY, 20));
     assert!(i.coverage.is_none());
+}
+
+#[test]
+fn a_net_that_is_not_a_number_is_infinitely_wrong() {
+    let mut spline = icosahedron();
+    spline.nets[11][0].y = f64::NAN;
+    let i = inspect(&spline, &spline.base, Some(&Sphere::at(0.0, 1.0)), &coarse());
+    assert_eq!((i.seams.max_gap, i.seams.max_normal_jump), (f64::INFINITY, PI));
+    assert_eq!((i.interpolation.max_position_error, i.interpolation.max_normal_error), (f64::INFINITY, PI));
+    assert_eq!(
+        (i.interpolation.max_curvature_error, i.deviation.unwrap().max_distance),
+        (f64::INFINITY, f64::INFINITY)
+    );
+    // Without an area there is no grid for the way back; searches leave the patch out.
+    assert!(i.coverage.is_none());
+    let p = icosahedron().sample(PatchId(11), [1.0 / 3.0; 2]).point;
+    let nearest = ClosestPatch::new(&spline).nearest(&p).unwrap();
+    assert!(nearest.patch != PatchId(11) && nearest.distance > 0.1);
+}
+
+#[test]
+fn a_surface_without_patches_is_inspected_without_panic() {
+    let mesh = crate::mesh::HalfEdgeMesh::from_faces::<[u32; 3]>(0, &[]).unwrap();
+    let field = Sphere::at(0.0, 1.0);
+    let spline = crate::spline::TriangularSpline::new(
+        crate::base::BaseMesh::from_field(&field, mesh, Vec::new()),
+        Vec::new(),
+        Vec::new(),
+    );
+    let i = inspect(&spline, &spline.base, Some(&field), &coarse());
+    assert_eq!((i.patches, i.coverage, i.extent.area), (0, None, 0.0));
 }
 
 #[test]
