@@ -4,6 +4,7 @@ pub mod base;
 pub mod bernstein;
 pub mod field;
 pub mod geom;
+pub mod io;
 pub mod mesh;
 pub mod network;
 pub mod numeric;

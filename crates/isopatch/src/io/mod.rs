@@ -1,0 +1,3 @@
+//! Files: mesh readers.
+
+pub mod read;
