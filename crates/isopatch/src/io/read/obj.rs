@@ -68,18 +68,22 @@ fn vector_on_line(words: &mut Words, expected: &'static str) -> Result<Vec3, Rea
     ))
 }
 
-/// Reads the items `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line.
+/// Reads the items `v`, `v/vt`, `v//vn` or `v/vt/vn` up to the end of the line. Some writers leave slashes
+/// with nothing behind them.
 fn read_face(words: &mut Words, face: usize, counts: Counts) -> Result<Vec<Corner>, ReadError> {
     let expected = "a corner of a face such as 1, 1/2, 1//3 or 1/2/3";
     let mut corners = Vec::new();
     while let Some(word) = words.next_on_line() {
         let mut parts = word.split(|&b| b == b'/');
-        let vertex: i64 = words.parse(parts.next().unwrap_or_default(), expected)?;
-        let _texture = parts.next();
-        let normal: Option<i64> = parts.next().map(|part| words.parse(part, expected)).transpose()?;
-        if parts.next().is_some() {
+        let mut index = || match parts.next() {
+            None | Some(b"") => Ok(None),
+            Some(part) => words.parse(part, expected).map(Some),
+        };
+        let (vertex, _texture, normal): (Option<i64>, Option<i64>, Option<i64>) =
+            (index()?, index()?, index()?);
+        let Some(vertex) = vertex.filter(|_| parts.next().is_none()) else {
             return Err(words.wrong(word, expected));
-        }
+        };
         corners.push(Corner {
             vertex: from_zero(vertex, counts.vertices).ok_or(counts.no_vertex(face, vertex))?,
             normal: normal

@@ -29,9 +29,6 @@ pub fn read_ply(bytes: &[u8]) -> Result<PolygonMesh, ReadError> {
         match element.name {
             b"vertex" => (mesh.positions, mesh.normals) = read_vertices(&mut body, element)?,
             b"face" => mesh.faces = read_faces(&mut body, element, vertices)?,
-            b"tristrips" => {
-                return Err(ReadError::Unsupported { place: body.place(), what: "the element tristrips" });
-            }
             _ => (0..element.count).try_for_each(|_| body.row(element, |_, _| Ok(())))?,
         }
     }
@@ -148,7 +145,7 @@ fn read_header(bytes: &[u8]) -> Result<(Vec<Element<'_>>, Body<'_>), ReadError> 
         words.skip_line();
         let keyword = words.word("end_header")?;
         match keyword {
-            b"format" => format = Some(words.word("a format")?),
+            b"format" => format = Some(read_format(&mut words)?),
             b"comment" | b"obj_info" => {}
             b"element" => claims.push(read_element(&mut words, &claims)?),
             b"property" => match claims.last_mut() {
@@ -159,16 +156,13 @@ fn read_header(bytes: &[u8]) -> Result<(Vec<Element<'_>>, Body<'_>), ReadError> 
             _ => return Err(words.wrong(keyword, "format, comment, element, property or end_header")),
         }
     }
-    let end = words.clone();
+    let Some(format) = format else {
+        return Err(words.wrong(b"end_header", "a line with the format before it"));
+    };
     words.skip_line();
     let body = match format {
-        Some(b"ascii") => Body::Text(words),
-        Some(b"binary_little_endian") => Body::Binary(Binary::new(bytes, words.offset(), false)),
-        Some(b"binary_big_endian") => Body::Binary(Binary::new(bytes, words.offset(), true)),
-        other => {
-            let expected = "a format line with ascii, binary_little_endian or binary_big_endian";
-            return Err(end.wrong(other.unwrap_or(b"end_header"), expected));
-        }
+        Format::Ascii => Body::Text(words),
+        Format::Binary { big_endian } => Body::Binary(Binary { bytes, at: words.offset(), big_endian }),
     };
     let mut elements = Vec::with_capacity(claims.len());
     for (mut element, claimed) in claims {
@@ -183,12 +177,31 @@ fn expect(words: &mut Words, keyword: &[u8], expected: &'static str) -> Result<(
     if word == keyword { Ok(()) } else { Err(words.wrong(word, expected)) }
 }
 
+enum Format {
+    Ascii,
+    Binary { big_endian: bool },
+}
+
+fn read_format(words: &mut Words) -> Result<Format, ReadError> {
+    let expected = "ascii, binary_little_endian or binary_big_endian";
+    let word = words.word(expected)?;
+    match word {
+        b"ascii" => Ok(Format::Ascii),
+        b"binary_little_endian" => Ok(Format::Binary { big_endian: false }),
+        b"binary_big_endian" => Ok(Format::Binary { big_endian: true }),
+        _ => Err(words.wrong(word, expected)),
+    }
+}
+
 /// Reads the name and the claimed number of an element, which is checked once the whole header is known.
 fn read_element<'a>(
     words: &mut Words<'a>,
     before: &[(Element, u64)],
 ) -> Result<(Element<'a>, u64), ReadError> {
     let name = words.word("the name of an element")?;
+    if name == b"tristrips" {
+        return Err(ReadError::Unsupported { place: words.place(), what: "an element tristrips" });
+    }
     if before.iter().any(|(element, _)| element.name == name) {
         return Err(words.wrong(name, "another name than that of an earlier element"));
     }
@@ -303,11 +316,7 @@ struct Binary<'a> {
     big_endian: bool,
 }
 
-impl<'a> Binary<'a> {
-    fn new(bytes: &'a [u8], at: usize, big_endian: bool) -> Self {
-        Self { bytes, at, big_endian }
-    }
-
+impl Binary<'_> {
     fn value(&mut self, kind: Kind) -> Result<f64, ReadError> {
         Ok(match kind {
             Kind::I8 => i8::from_le_bytes(self.take()?).into(),
