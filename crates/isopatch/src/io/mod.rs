@@ -1,6 +1,6 @@
 //! Files: STEP, VTK, glTF, OBJ, PLY, STL and the native format.
 //!
-//! Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes under their final name.
+//! Meshes are read by [`read`]. Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes under their final name.
 //! STEP, VTK and the native format hold the patches exactly, the others a [`crate::tessellate::Tessellation`].
 //! The same input gives the same bytes, whatever the number of threads.
 
@@ -11,6 +11,7 @@ pub mod gltf;
 pub mod native;
 pub mod obj;
 pub mod ply;
+pub mod read;
 pub mod step;
 pub mod stl;
 mod text;
