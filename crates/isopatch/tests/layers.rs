@@ -182,7 +182,8 @@ fn imports(tokens: &[Token], nesting: usize) -> Vec<Token> {
     let mut found = Vec::new();
     let mut i = 0;
     while i < tokens.len() {
-        let supers = (i..).step_by(2).take_while(|j| starts_with(&tokens[(*j).min(tokens.len())..], &["super", "::"]));
+        let supers =
+            (i..).step_by(2).take_while(|j| starts_with(&tokens[(*j).min(tokens.len())..], &["super", "::"]));
         let path = match (tokens[i].text.as_str(), supers.count()) {
             ("crate", _) if starts_with(&tokens[i + 1..], &["::"]) => i + 2,
             (_, supers) if supers > 0 => {
@@ -245,7 +246,9 @@ fn check(sources: &BTreeMap<String, String>) -> Vec<Offence> {
                 _ => owner.trim_end_matches(".rs").to_owned(),
             };
             let rest = if folder.is_empty() { Some(file) } else { file.strip_prefix(&format!("{folder}/")) };
-            tests.iter().any(|t| rest.is_some_and(|r| r == format!("{t}.rs") || r.starts_with(&format!("{t}/"))))
+            tests
+                .iter()
+                .any(|t| rest.is_some_and(|r| r == format!("{t}.rs") || r.starts_with(&format!("{t}/"))))
         })
     };
     let mut offences = Vec::new();
@@ -347,9 +350,11 @@ fn super_may_lead_to_the_root() {
 
 #[test]
 fn test_code_is_exempt_and_what_follows_it_is_not() {
-    let text = "#[cfg(test)]\nmod tests {\n    use crate::recipes;\n    fn g() { h([0; 3]); }\n}\nuse crate::io;\n";
+    let text =
+        "#[cfg(test)]\nmod tests {\n    use crate::recipes;\n    fn g() { h([0; 3]); }\n}\nuse crate::io;\n";
     assert_eq!(planted("bernstein/curve.rs", text), offences(&[(6, "io")]));
-    let text = "#[cfg(test)]\n#[allow(unused)]\nfn f(_: [u8; 3]) -> crate::io::A { loop {} }\nuse crate::query;";
+    let text =
+        "#[cfg(test)]\n#[allow(unused)]\nfn f(_: [u8; 3]) -> crate::io::A { loop {} }\nuse crate::query;";
     assert_eq!(planted("bernstein/curve.rs", text), offences(&[(4, "query")]));
 }
 
