@@ -49,10 +49,6 @@ pub(super) struct Expression {
 }
 
 impl Expression {
-    pub(super) fn len(&self) -> usize {
-        self.terms.len()
-    }
-
     pub(super) fn term(&self, id: TermId) -> Term {
         self.terms[id as usize]
     }

@@ -168,10 +168,6 @@ impl Algebra for Graph {
 }
 
 impl Graph {
-    pub(super) fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
     pub(super) fn node(&self, id: NodeId) -> Node {
         self.nodes[id as usize]
     }

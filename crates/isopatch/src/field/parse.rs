@@ -84,7 +84,7 @@ impl Parser<'_> {
             TokenKind::Number(_) if self.after_operand => {
                 return Err(Problem::new(FormulaErrorKind::NumberAfterOperand, span));
             }
-            TokenKind::Number(value) => {
+            TokenKind::Number(value) | TokenKind::Constant(value) => {
                 let id = self.expression.constant(value.clone(), span);
                 self.operand(id, span);
             }

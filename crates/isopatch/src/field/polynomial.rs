@@ -126,7 +126,7 @@ impl Polynomial {
         if let Some(constant) = self.as_constant() {
             let bits = constant.numer().bits().max(constant.denom().bits());
             let exponent = i32::try_from(exponent).ok()?;
-            let fits = bits.saturating_mul(u64::from(exponent.unsigned_abs())) <= 2 * Self::MAX_BITS;
+            let fits = (bits - 1).saturating_mul(u64::from(exponent.unsigned_abs())) <= 2 * Self::MAX_BITS;
             return fits
                 .then(|| constant.pow(exponent))
                 .and_then(|power| Self::checked(Self::constant(power).terms));

@@ -71,6 +71,7 @@ impl Function {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum TokenKind {
     Number(Exact),
+    Constant(Exact),
     Variable(u8),
     Pi,
     Function(Function),
@@ -154,7 +155,10 @@ impl Lexer<'_> {
             ',' => self.push(TokenKind::Comma, 1),
             '=' => self.push(TokenKind::Equals, 1),
             _ => {
-                return Err(Problem::new(FormulaErrorKind::UnknownSymbol(c), self.span(self.at, self.at + 1)));
+                return Err(Problem::new(
+                    FormulaErrorKind::UnknownSymbol(c),
+                    self.span(self.at, self.at + 1),
+                ));
             }
         }
         Ok(())
@@ -243,7 +247,7 @@ impl Lexer<'_> {
             .constants
             .names()
             .enumerate()
-            .map(|(i, name)| (name, TokenKind::Number(self.constants.value(i).clone())));
+            .map(|(i, name)| (name, TokenKind::Constant(self.constants.value(i).clone())));
         fixed
             .into_iter()
             .chain(functions)

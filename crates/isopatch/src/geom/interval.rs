@@ -26,6 +26,13 @@ impl Interval {
     /// All real numbers.
     pub const WHOLE: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
+    const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
+
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.lo == 0.0 && self.hi == 0.0
+    }
+
     /// The numbers from `lo` to `hi`; the whole line if an end is NaN.
     pub fn new(lo: f64, hi: f64) -> Self {
         if lo.is_nan() || hi.is_nan() { Self::WHOLE } else { Self { lo, hi } }
@@ -309,6 +316,9 @@ impl Mul for Interval {
 
     #[inline]
     fn mul(self, other: Self) -> Self {
+        if self.is_zero() || other.is_zero() {
+            return Self::ZERO;
+        }
         corners(self, other, |a, b| if a == 0.0 || b == 0.0 { 0.0 } else { a * b })
     }
 }
@@ -321,6 +331,9 @@ impl Div for Interval {
         let Self { lo, hi } = other;
         if (lo < 0.0 && hi > 0.0) || (lo == 0.0 && hi == 0.0) {
             return Self::WHOLE;
+        }
+        if self.is_zero() {
+            return Self::ZERO;
         }
         // A zero end of the divisor is approached from inside; ∞/∞ counts as 0 like 0·∞, the other corners
         // cover the rest.
