@@ -48,6 +48,7 @@ pub mod io;
 pub mod mesh;
 pub mod network;
 pub mod numeric;
+pub mod recipes;
 pub mod report;
 pub mod spline;
 pub mod surface;
