@@ -8,7 +8,7 @@ use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
-use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors, stretch};
+use super::sizing::{SizingOptions, UNIT_TRIANGLE, sizes_for_count, sizes_from_errors, stretch};
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 
@@ -60,6 +60,9 @@ const FLIP_FACING: f64 = 0.3;
 
 /// Cosine of 110°: corners up to this are no reason for a flip.
 const WIDE: f64 = -0.34;
+
+/// A face that leans too far asks for edges at most this much shorter at once: it may only be badly shaped.
+const STRONGEST_CAP: f64 = 0.5;
 
 /// A mesh that is being changed, with what is known at its vertices.
 pub(super) struct Remesher<'a> {
@@ -150,8 +153,25 @@ impl Remesher<'_> {
 
     pub fn update_sizes(&mut self, faces: usize) {
         let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
-        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, faces, &self.options.sizing);
+        let cap = self.size_caps();
+        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, &cap, faces, &self.options.sizing);
         self.metric = self.tensor.iter().zip(&self.normal).map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
+    }
+
+    /// Longest edges allowed at each vertex: by |k|max·L ≤ turn, and by how far its faces lean from its normal now.
+    fn size_caps(&self) -> Vec<f64> {
+        let sizing = &self.options.sizing;
+        let mut cap: Vec<f64> = self.curvature.iter().map(|k| sizing.turn / k).collect();
+        for f in self.mesh.faces() {
+            let corners = self.corners(f);
+            let lean = self.facing_of(f).clamp(-1.0, 1.0).acos();
+            let length = (area_vector(corners).norm() / (2.0 * UNIT_TRIANGLE)).sqrt();
+            let longest = length * (sizing.lean.to_radians() / lean).max(STRONGEST_CAP);
+            for v in f {
+                cap[v as usize] = cap[v as usize].min(longest);
+            }
+        }
+        cap
     }
 
     /// Renumbers vertices after removals.
