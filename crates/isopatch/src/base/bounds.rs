@@ -20,6 +20,10 @@ const MAX_LEVEL: usize = 75;
 /// The search stops when the surface is this many cells wide: its box is then known to some percent.
 const CELLS_ACROSS: f64 = 16.0;
 
+/// And two levels have shrunk its box by less than this: far from the surface, bounds that are too wide keep cells that
+/// smaller ones lose.
+const STABLE: f64 = 0.8;
+
 /// Largest number of cells of one level of [`find_box`].
 const SEARCH_BUDGET: usize = 100_000;
 
@@ -95,6 +99,7 @@ fn subdivide(
     let mut cells = vec![*root];
     let mut size = root.size();
     let mut bounds = *root;
+    let mut sizes = [f64::INFINITY; 2];
     for _ in 0..MAX_LEVEL {
         size *= 0.5;
         cells = cells
@@ -106,9 +111,12 @@ fn subdivide(
             return Err(BaseError::NoSurface { negative, proven: true });
         }
         bounds = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
-        if size.max() * CELLS_ACROSS <= bounds.size().max() && may_stop(&bounds) {
+        let longest = bounds.size().max();
+        let stable = longest > STABLE * sizes[0];
+        if stable && size.max() * CELLS_ACROSS <= longest && may_stop(&bounds) {
             return Ok(Enclosure { bounds, settled: true });
         }
+        sizes = [sizes[1], longest];
         if cells.len() > budget {
             break;
         }

@@ -61,9 +61,6 @@ const FLIP_FACING: f64 = 0.3;
 /// Cosine of 110°: corners up to this are no reason for a flip.
 const WIDE: f64 = -0.34;
 
-/// A face that leans too far asks for edges at most this much shorter at once: it may only be badly shaped.
-const STRONGEST_CAP: f64 = 0.5;
-
 /// A mesh that is being changed, with what is known at its vertices.
 pub(super) struct Remesher<'a> {
     pub field: &'a dyn Field,
@@ -153,20 +150,17 @@ impl Remesher<'_> {
 
     pub fn update_sizes(&mut self, faces: usize) {
         let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
-        let cap = self.size_caps();
-        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, &cap, faces, &self.options.sizing);
+        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, &self.lean_caps(), faces, &self.options.sizing);
         self.metric = self.tensor.iter().zip(&self.normal).map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
     }
 
-    /// Longest edges allowed at each vertex: by |k|max·L ≤ turn, and by how far its faces lean from its normal now.
-    fn size_caps(&self) -> Vec<f64> {
-        let sizing = &self.options.sizing;
-        let mut cap: Vec<f64> = self.curvature.iter().map(|k| sizing.turn / k).collect();
+    /// Edge lengths at each vertex for which its faces would lean just as far from their normals as they may.
+    fn lean_caps(&self) -> Vec<f64> {
+        let mut cap = vec![f64::INFINITY; self.x.len()];
         for f in self.mesh.faces() {
-            let corners = self.corners(f);
             let lean = self.facing_of(f).clamp(-1.0, 1.0).acos();
-            let length = (area_vector(corners).norm() / (2.0 * UNIT_TRIANGLE)).sqrt();
-            let longest = length * (sizing.lean.to_radians() / lean).max(STRONGEST_CAP);
+            let length = (area_vector(self.corners(f)).norm() / (2.0 * UNIT_TRIANGLE)).sqrt();
+            let longest = length * self.options.sizing.lean.to_radians() / lean;
             for v in f {
                 cap[v as usize] = cap[v as usize].min(longest);
             }
@@ -354,18 +348,14 @@ impl Remesher<'_> {
         }
     }
 
-    /// Flips that make the widest corner narrower, until there is none.
+    /// Flips that make the widest corner narrower, or faces that lean far lean less, until there is none.
     pub fn flip_for_angle(&mut self) {
         const PASSES: usize = 4;
-        // Smaller gains may alternate for ever.
-        const GAIN: f64 = 0.02;
         for _ in 0..PASSES {
             let mut flips = 0;
             let edges: Vec<u32> = self.mesh.edges().collect();
             for h in edges {
-                let [before, after] = self.compare_flip(h);
-                let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
-                if before.0 < WIDE && after.0 > before.0 + GAIN && !turns && self.mesh.can_flip(h) {
+                if self.is_better_flipped(h) && self.mesh.can_flip(h) {
                     self.mesh.flip(h);
                     flips += 1;
                 }
@@ -374,6 +364,18 @@ impl Remesher<'_> {
                 break;
             }
         }
+    }
+
+    fn is_better_flipped(&self, h: u32) -> bool {
+        // Smaller gains may alternate for ever.
+        const GAIN: f64 = 0.02;
+        // Cosine of 120°: what a flip against leaning may leave as the widest corner.
+        const WIDEST: f64 = -0.5;
+        let [before, after] = self.compare_flip(h);
+        let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
+        let narrower = before.0 < WIDE && after.0 > before.0 + GAIN && !turns;
+        let leaning = before.1 < self.options.sizing.lean.to_radians().cos();
+        narrower || (leaning && after.1 > before.1 + GAIN && after.0 > WIDEST.min(before.0))
     }
 
     pub fn smooth_repeatedly(&mut self) {
