@@ -20,12 +20,12 @@ const MAX_LEVEL: usize = 75;
 /// The search stops when the surface is this many cells wide: its box is then known to some percent.
 const CELLS_ACROSS: f64 = 16.0;
 
-/// And two levels have shrunk its box by less than this: far from the surface, bounds that are too wide keep cells that
-/// smaller ones lose.
-const STABLE: f64 = 0.8;
+/// It also waits until two levels leave this share of the box: far from the surface, bounds that are too wide keep cells
+/// that smaller ones lose.
+const STABLE: f64 = 0.7;
 
 /// Largest number of cells of one level of [`find_box`].
-const SEARCH_BUDGET: usize = 100_000;
+const SEARCH_BUDGET: usize = 50_000;
 
 /// Largest number of cells of one level of [`tighten`]: a millisecond or so.
 const TIGHTEN_BUDGET: usize = 16_000;
@@ -84,7 +84,7 @@ pub fn tighten(field: &dyn Field, bounds: &Aabb) -> Result<Aabb, BaseError> {
 /// A box around what may be the surface.
 struct Enclosure {
     bounds: Aabb,
-    /// Was it found before the budget was used up?
+    /// Is it fine enough, and accepted by `may_stop`?
     settled: bool,
 }
 
@@ -112,14 +112,13 @@ fn subdivide(
         }
         bounds = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
         let longest = bounds.size().max();
+        let fine = size.max() * CELLS_ACROSS <= longest && may_stop(&bounds);
         let stable = longest > STABLE * sizes[0];
-        if stable && size.max() * CELLS_ACROSS <= longest && may_stop(&bounds) {
-            return Ok(Enclosure { bounds, settled: true });
+        let spent = cells.len() > budget;
+        if spent || (fine && stable) {
+            return Ok(Enclosure { bounds, settled: fine });
         }
         sizes = [sizes[1], longest];
-        if cells.len() > budget {
-            break;
-        }
     }
     Ok(Enclosure { bounds, settled: false })
 }

@@ -49,6 +49,23 @@ fn paper_surfaces_have_the_right_topology_and_count_and_good_shape() {
     }
 }
 
+#[test]
+fn stages_are_quick() {
+    for (name, field, bounds, faces, _) in paper_surfaces() {
+        let options = BaseOptions::default();
+        let clock = Instant::now();
+        let seed = seed_mesh(field.as_ref(), &bounds, Some(faces), &options.seed).unwrap();
+        let seeded = clock.elapsed().as_secs_f64();
+        let coarse = decimate(&seed.mesh, &seed.normals, faces).unwrap();
+        let decimated = clock.elapsed().as_secs_f64() - seeded;
+        let shaped = remesh(field.as_ref(), &coarse, faces, seed.diagonal, &options.remesh).unwrap();
+        let total = clock.elapsed().as_secs_f64();
+        let remeshed = total - seeded - decimated;
+        println!("{name}: seed {seeded:.3} ({} faces, step {:.3}), decimate {decimated:.3}, remesh {remeshed:.3} s", seed.mesh.faces.len(), seed.step);
+        assert_eq!(shaped.faces.len(), faces);
+    }
+}
+
 /// Writes a mesh as OFF, to be looked at or compared with other programs.
 fn dump(folder: &str, name: &str, base: &BaseMesh) {
     let mut text = format!("OFF\n{} {} 0\n", base.positions.len(), base.mesh.face_count());
@@ -116,7 +133,7 @@ fn boxes_are_found_for_the_paper_surfaces() {
         let start = Instant::now();
         let found = find_box(field.as_ref()).unwrap();
         println!("{name}: {:.3} s {found:?}", start.elapsed().as_secs_f64());
-        assert!(found.size().max() < 1.6 * bounds.size().max(), "{name}: {found:?}");
+        assert!(found.size().max() < 2.0 * bounds.size().max(), "{name}: {found:?}");
     }
 }
 
