@@ -224,6 +224,11 @@ pub fn seed_mesh(
                 cells = next_cells;
                 continue;
             }
+            Err(BaseError::SurfaceLeavesBox { side, at }) => {
+                // The grid may stick out of the box a little.
+                let at = at.sup(&bounds.min).inf(&bounds.max);
+                return Err(BaseError::SurfaceLeavesBox { side, at });
+            }
             Err(error) => return Err(error),
         };
         let mesh = polygonize(&samples)?;

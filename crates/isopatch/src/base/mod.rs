@@ -34,7 +34,7 @@ mod test_fields;
 mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};
-pub use bounds::{SEARCH_RADIUS, check_box, find_box, outside_is_negative, tighten};
+pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
 pub use build::{BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, build, finish, seed_mesh};
 pub use decimate::decimate;
 pub use error::{BaseError, BoxSide};
