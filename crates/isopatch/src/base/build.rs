@@ -301,7 +301,7 @@ pub fn finish(
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.
-fn require_convex_corners(violations: &[Violation]) -> Result<(), BaseError> {
+pub(super) fn require_convex_corners(violations: &[Violation]) -> Result<(), BaseError> {
     let inverted = |v: &&Violation| v.limit == Limit::Corner && !(v.value > 0.0 && v.value < 180.0);
     match violations.iter().find(inverted) {
         Some(v) => Err(BaseError::InvertedCorner { at: v.at, degrees: v.value }),

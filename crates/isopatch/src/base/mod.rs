@@ -19,6 +19,7 @@ mod connectivity;
 mod cube_cases;
 mod decimate;
 mod error;
+mod given;
 mod polygonize;
 mod project;
 mod remesh;
@@ -38,6 +39,7 @@ pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten
 pub use build::{BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, build, finish, seed_mesh};
 pub use decimate::decimate;
 pub use error::{BaseError, BoxSide};
+pub use given::from_mesh;
 pub use polygonize::{END_GAP, Grid, Samples, TriangleMesh, check_samples, polygonize, sample};
 pub use project::{ProjectOptions, Projection, project_points};
 pub use remesh::{RemeshOptions, remesh};
