@@ -4,6 +4,7 @@ use super::super::{ConstantError, Constants, Field, Formula, FormulaErrorKind};
 use super::formula;
 use crate::geom::Point3;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 const P: Point3 = Point3::new(0.75, -1.25, 2.5);
 
@@ -197,7 +198,7 @@ fn formulas() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, rng_seed: RngSeed::Fixed(20), ..ProptestConfig::default() })]
 
     #[test]
     fn any_text_gives_a_formula_or_a_message(text in "\\PC{0,60}") {
