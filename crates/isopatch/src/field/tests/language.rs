@@ -133,6 +133,7 @@ fn limits_are_errors_not_crashes() {
     assert_eq!(kind(&nested(10_000)), FormulaErrorKind::TooDeep { limit: Formula::MAX_NESTING });
     assert_eq!(kind(&"(".repeat(20_000)), FormulaErrorKind::TooDeep { limit: Formula::MAX_NESTING });
     assert_eq!(formula(&nested(Formula::MAX_NESTING)).value(P), P.x);
+    assert_eq!(kind(&"x1".repeat(30_000)), FormulaErrorKind::NumberAfterOperand);
 }
 
 #[test]
