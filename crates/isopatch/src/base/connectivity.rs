@@ -236,7 +236,8 @@ impl Connectivity {
         }
         let renumber = |h: u32| 3 * new_face[h as usize / 3] + h % 3;
         let live = |h: &usize| self.origin[*h] != NONE;
-        let origin = (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
+        let origin =
+            (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
         let twin = (0..self.origin.len()).filter(live).map(|h| renumber(self.twin[h])).collect();
         let outgoing = kept.iter().map(|v| renumber(self.outgoing[*v as usize])).collect();
         *self = Self { origin, twin, outgoing, face_count: self.face_count };
@@ -256,7 +257,10 @@ mod tests {
         for h in 0..mesh.half_edge_bound() {
             if mesh.is_half_edge(h) {
                 assert_eq!(mesh.twin(mesh.twin(h)), h);
-                assert_eq!((mesh.origin(h), mesh.dest(h)), (mesh.dest(mesh.twin(h)), mesh.origin(mesh.twin(h))));
+                assert_eq!(
+                    (mesh.origin(h), mesh.dest(h)),
+                    (mesh.dest(mesh.twin(h)), mesh.origin(mesh.twin(h)))
+                );
             }
         }
         for v in mesh.vertices() {

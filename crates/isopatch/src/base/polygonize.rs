@@ -271,8 +271,7 @@ fn cell_faces(
     first: [u32; 2],
 ) -> Result<LayerFaces, BaseError> {
     let (nx, ny) = (samples.grid.nodes(0), samples.grid.nodes(1));
-    let corner_offset: [usize; 8] =
-        std::array::from_fn(|c| (c & 1) + (c >> 1 & 1) * nx + (c >> 2) * nx * ny);
+    let corner_offset: [usize; 8] = std::array::from_fn(|c| (c & 1) + (c >> 1 & 1) * nx + (c >> 2) * nx * ny);
     let mut out = LayerFaces::default();
     for j in 0..samples.grid.cells[1] {
         for i in 0..samples.grid.cells[0] {
