@@ -10,7 +10,7 @@ use super::error::BaseError;
 use super::polygonize::{Grid, TriangleMesh, check_samples, polygonize, sample};
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::{RemeshOptions, remesh};
-use super::shape::largest_curvature;
+use super::shape::{largest_curvature, unit_or_zero};
 use super::singular::find_singular;
 use super::sizing::automatic_count;
 use super::validity::{Limit, ValidityLimits, Violation, validity};
@@ -19,7 +19,7 @@ use crate::geom::{Aabb, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
 /// Settings of [`build`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseOptions {
     /// Exact number of faces; an odd one is raised by one, as a closed triangle mesh has an even number. None: as many as
     /// the curvature asks for.
@@ -32,23 +32,12 @@ pub struct BaseOptions {
     pub limits: ValidityLimits,
 }
 
-impl Default for BaseOptions {
-    fn default() -> Self {
-        Self {
-            faces: None,
-            seed: SeedOptions::default(),
-            remesh: RemeshOptions::default(),
-            limits: ValidityLimits::default(),
-        }
-    }
-}
-
 /// Settings of [`seed_mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeedOptions {
     /// Cells along the longest side of the surface's box in the first grid. Default 40.
     pub cells: usize,
-    /// Largest number of cells along the longest side. Default 256.
+    /// Largest number of cells along the longest side. Default 210: ten million samples at most, some 200 MB.
     pub most_cells: usize,
     /// How much finer each grid is than the one before. Default 1.5.
     pub refinement: f64,
@@ -61,7 +50,7 @@ pub struct SeedOptions {
 
 impl Default for SeedOptions {
     fn default() -> Self {
-        Self { cells: 40, most_cells: 256, refinement: 1.5, turn: 1.0, surplus: 3.0 }
+        Self { cells: 40, most_cells: 210, refinement: 1.5, turn: 1.0, surplus: 3.0 }
     }
 }
 
@@ -134,13 +123,14 @@ pub fn base_from_seed(
     };
     let base = match shaped(field, seed, faces, options) {
         Ok(base) => base,
-        Err(error) => {
+        Err(error @ (BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })) => {
             let (least, base) = least_that_works(field, seed, faces, options).ok_or(error)?;
             if let Some(asked) = options.faces {
                 return Err(BaseError::TooFewFaces { asked, least });
             }
             base
         }
+        Err(error) => return Err(error),
     };
     let violations = validity(&base, &options.limits);
     Ok(BaseOutcome { base, repairs, violations })
@@ -294,8 +284,7 @@ fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step:
         .map(|p| {
             let jet = field.jet(*p);
             let k = largest_curvature(&jet.curvature_tensor());
-            let n = jet.gradient.normalize();
-            (if n.x.is_finite() { n } else { Vec3::zeros() }, if k.is_finite() { k } else { 0.0 })
+            (unit_or_zero(&jet.gradient), if k.is_finite() { k } else { 0.0 })
         })
         .unzip();
     let diagonal = Aabb::around(&mesh.positions).diagonal();

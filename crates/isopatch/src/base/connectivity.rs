@@ -21,7 +21,7 @@ fn next(h: u32) -> u32 {
 }
 
 fn prev(h: u32) -> u32 {
-    if h % 3 == 0 { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 impl Connectivity {
@@ -246,6 +246,7 @@ impl Connectivity {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use crate::mesh::HalfEdgeMesh;

@@ -30,6 +30,7 @@ mod validity;
 #[cfg(test)]
 mod test_fields;
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};

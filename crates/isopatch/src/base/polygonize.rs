@@ -190,7 +190,8 @@ enum Corner {
     Center(u32),
 }
 
-/// The zero set of the samples as a closed, oriented 2-manifold: marching cubes with the cases of [`super::cube_cases`].
+/// The zero set of the samples as a closed, oriented 2-manifold: marching cubes with all cases resolved
+/// so that neighbouring cells agree and no edge gets more than two faces.
 ///
 /// f < 0 counts as inside, everything else (zero and NaN too) as outside. Vertices are where the linear
 /// interpolation along a grid edge vanishes, but not within [`END_GAP`] of its ends; they are near the surface, not on

@@ -62,6 +62,10 @@ const FLIP_FACING: f64 = 0.3;
 /// Cosine of 110°: corners up to this are no reason for a flip.
 const WIDE: f64 = -0.34;
 
+/// A vertex that smoothing and projection move farther than this times the wanted edge length has left its place:
+/// neighbours would have to follow.
+const FARTHEST_MOVE: f64 = 1.0;
+
 /// A mesh that is being changed, with what is known at its vertices.
 pub(super) struct Remesher<'a> {
     pub field: &'a dyn Field,
@@ -130,11 +134,17 @@ pub fn remesh(
 }
 
 impl Remesher<'_> {
-    /// Projects all vertices; one that does not arrive, or lands beyond the neighbourhood, goes back to `fallback`.
+    /// Projects all vertices; one that does not arrive, or is farther than its edges are long, goes back to `fallback`.
     pub fn put_on_surface(&mut self, fallback: &[Point3]) {
         let report = project_positions(self.field, &mut self.x, self.diagonal, &self.options.projection);
         for i in report.failures {
             self.x[i] = fallback[i];
+        }
+        for (i, size) in self.size.iter().enumerate() {
+            // Another sheet of the surface, not the one that the vertex belongs to.
+            if (self.x[i] - fallback[i]).norm() > FARTHEST_MOVE * size {
+                self.x[i] = fallback[i];
+            }
         }
         self.update_normals();
     }

@@ -135,7 +135,7 @@ pub(super) fn stretch(tensor: &Mat3, normal: &Vec3, options: &SizingOptions) -> 
     let (most, least) = (half_trace.abs() + half_difference, (half_trace.abs() - half_difference).abs());
     let ratio = (most / least.max(f64::MIN_POSITIVE)).sqrt().min(options.anisotropy);
     let gap = most * most - least * least;
-    if !(gap > 0.0) {
+    if gap.is_nan() || gap <= 0.0 {
         return Mat3::identity();
     }
     // Eigenvalue r at the direction of largest curvature, 1/r at the other.

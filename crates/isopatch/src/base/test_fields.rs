@@ -275,8 +275,11 @@ pub fn cube(half: f64) -> Aabb {
     Aabb::new(Vec3::repeat(-half), Vec3::repeat(half))
 }
 
-/// The six surfaces of Tong & Kim 2009, table 3: name, field, box, faces, Euler number.
-pub fn paper_surfaces() -> Vec<(&'static str, Box<dyn Field>, Aabb, usize, i64)> {
+/// Name, field, box, faces, Euler number.
+pub type Example = (&'static str, Box<dyn Field>, Aabb, usize, i64);
+
+/// The six surfaces of Tong & Kim 2009, table 3.
+pub fn paper_surfaces() -> Vec<Example> {
     let flat = Aabb::new(Vec3::new(-6.4, -6.4, -1.4), Vec3::new(6.4, 6.4, 1.4));
     let double = Aabb::new(Vec3::new(-1.3, -0.9, -0.4), Vec3::new(1.3, 0.9, 0.4));
     vec![
