@@ -78,7 +78,8 @@ impl Outputs {
         // Taken from the front, so that what is left behind on failure is removed by the drop.
         while !self.pending.is_empty() {
             let Pending { temporary, target } = &self.pending[0];
-            fs::rename(temporary, target).map_err(|e| OutputError { path: target.clone(), source: e.into() })?;
+            fs::rename(temporary, target)
+                .map_err(|e| OutputError { path: target.clone(), source: e.into() })?;
             self.pending.remove(0);
         }
         Ok(())

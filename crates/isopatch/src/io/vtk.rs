@@ -39,7 +39,11 @@ pub struct VtkOptions {
 
 /// Writes one cell a patch. Cells share the points on common corners and seams; the corners come first, by their
 /// numbers.
-pub fn write_vtk(surface: &dyn Surface, options: &VtkOptions, out: &mut impl Write) -> Result<(), WriteError> {
+pub fn write_vtk(
+    surface: &dyn Surface,
+    options: &VtkOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
     for patch in surface.patches() {
         let PatchForm::BezierTriangle { degree, .. } = surface.form(patch);
         if degree != DEGREE {
@@ -158,11 +162,16 @@ fn write_header(out: &mut impl Write, arrays: &Arrays<'_>) -> io::Result<()> {
     let degrees = array(0, "Float64", "HigherOrderDegrees", 3);
     let normals = match arrays.normals.is_empty() {
         true => String::new(),
-        false => format!("<PointData Normals=\"Normals\">\n{}</PointData>\n", array(1, "Float64", "Normals", 3)),
+        false => {
+            format!("<PointData Normals=\"Normals\">\n{}</PointData>\n", array(1, "Float64", "Normals", 3))
+        }
     };
     let points = array(2, "Float64", "Points", 3);
-    let (connectivity, offsets, types) =
-        (array(3, "Int64", "connectivity", 1), array(4, "Int64", "offsets", 1), array(5, "UInt8", "types", 1));
+    let (connectivity, offsets, types) = (
+        array(3, "Int64", "connectivity", 1),
+        array(4, "Int64", "offsets", 1),
+        array(5, "UInt8", "types", 1),
+    );
     write!(
         out,
         "<?xml version=\"1.0\"?>\n\

@@ -88,13 +88,20 @@ pub fn push_seam(text: &mut Vec<u8>, ids: &Numbering, seam: u32, row: &[Point3; 
         };
         push_curve(text, ids.seam_curve(seam, half), (0..=DEGREE).map(point));
     }
-    let (start, middle, end) = (ids.corner_vertex(ends[0]), ids.seam_vertex(seam), ids.corner_vertex(ends[1]));
+    let (start, middle, end) =
+        (ids.corner_vertex(ends[0]), ids.seam_vertex(seam), ids.corner_vertex(ends[1]));
     push_edge(text, ids.seam_edge(seam, 0), start, middle, ids.seam_curve(seam, 0));
     push_edge(text, ids.seam_edge(seam, 1), middle, end, ids.seam_curve(seam, 1));
 }
 
 /// A patch: its centroid, three spokes and three faces. Borders refer to the points of corners and seams.
-pub fn push_patch(text: &mut Vec<u8>, ids: &Numbering, patch: crate::surface::PatchId, net: &Net, facing: Facing) {
+pub fn push_patch(
+    text: &mut Vec<u8>,
+    ids: &Numbering,
+    patch: crate::surface::PatchId,
+    net: &Net,
+    facing: Facing,
+) {
     let quads = quads::split(net);
     push_point(text, ids.patch(patch), &quads[0][DEGREE][DEGREE]);
     for (spoke, quad) in quads.iter().enumerate() {

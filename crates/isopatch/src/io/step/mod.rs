@@ -26,8 +26,8 @@ pub struct StepOptions {
     pub unit: Unit,
     /// Name of the product. Default: "isopatch".
     pub name: String,
-    /// Distance under which readers may take points for equal, in model units. Default 1e-7, the smallest that
-    /// OpenCASCADE works with.
+    /// Distance under which readers may take points for equal, in millimetres whatever the unit. Positive and finite.
+    /// Default 1e-7, the smallest that OpenCASCADE works with.
     pub uncertainty: f64,
 }
 
@@ -41,7 +41,21 @@ impl Default for StepOptions {
 /// SHELL_BASED_SURFACE_MODEL for each component with a boundary.
 ///
 /// Cavities are closed components that face inward; each belongs to the smallest solid around it.
-pub fn write_step(surface: &dyn Surface, options: &StepOptions, out: &mut impl Write) -> Result<(), WriteError> {
+///
+/// # Errors
+/// [`WriteError::Empty`], [`WriteError::Degree`], [`WriteError::NotFinite`], [`WriteError::InsideOut`],
+/// [`WriteError::Uncertainty`], or what the output or the sharing of the patches gives.
+pub fn write_step(
+    surface: &dyn Surface,
+    options: &StepOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    if surface.patch_count() == 0 {
+        return Err(WriteError::Empty { format: "STEP" });
+    }
+    if !(options.uncertainty > 0.0 && options.uncertainty.is_finite()) {
+        return Err(WriteError::Uncertainty(options.uncertainty));
+    }
     for patch in surface.patches() {
         net(surface, patch)?;
     }
@@ -134,7 +148,8 @@ fn write_bodies<W: Write>(
     entities: &mut Entities<'_, W>,
 ) -> std::io::Result<()> {
     let faces = |patches: &[PatchId]| {
-        let ids: Vec<_> = patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
+        let ids: Vec<_> =
+            patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
         ids.join(",")
     };
     let (mut solids, mut sheets) = (Vec::new(), Vec::new());
@@ -174,4 +189,91 @@ fn write_bodies<W: Write>(
 
 fn references(ids: &[u64]) -> String {
     ids.iter().map(|id| format!("#{id}")).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Vec3;
+    use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
+    use crate::spline::TriangularSpline;
+    use std::collections::{HashMap, HashSet};
+
+    fn written(surface: &dyn Surface) -> String {
+        let mut bytes = Vec::new();
+        write_step(surface, &StepOptions::default(), &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    /// Number and text of each entity.
+    fn entities(file: &str) -> Vec<(u64, &str)> {
+        file.lines()
+            .filter_map(|l| l.strip_prefix('#'))
+            .map(|l| l.split_once('=').unwrap())
+            .map(|(id, text)| (id.parse().unwrap(), text))
+            .collect()
+    }
+
+    #[test]
+    fn entities_are_numbered_from_one_and_refer_to_existing_ones() {
+        let cavity = inverted(&scaled(&sphere(), 0.5, Vec3::zeros()));
+        for surface in [sphere(), flat_triangle(), joined(&[sphere(), cavity])] {
+            let file = written(&surface);
+            let entities = entities(&file);
+            assert!(entities.iter().enumerate().all(|(k, (id, _))| *id == k as u64 + 1));
+            for (_, text) in &entities {
+                for reference in text.split('#').skip(1) {
+                    let digits = reference.split(|c: char| !c.is_ascii_digit()).next().unwrap();
+                    assert!((1..=entities.len()).contains(&digits.parse().unwrap()), "{text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn edges_are_used_once_in_each_direction() {
+        let file = written(&sphere());
+        let mut uses: HashMap<&str, Vec<bool>> = HashMap::new();
+        let mut kinds: HashMap<&str, usize> = HashMap::new();
+        for (_, text) in entities(&file) {
+            *kinds.entry(text.split('(').next().unwrap()).or_default() += 1;
+            if let Some(rest) = text.strip_prefix("ORIENTED_EDGE('',*,*,") {
+                let (edge, forward) = rest.split_once(',').unwrap();
+                uses.entry(edge).or_default().push(forward.starts_with(".T."));
+            }
+        }
+        assert!(uses.values().all(|u| u.len() == 2 && u[0] != u[1]));
+        // F = 3f, E = 2e + 3f, V = v + e + f for v, e, f = 12, 30, 20.
+        for (kind, count) in
+            [("ADVANCED_FACE", 60), ("EDGE_CURVE", 120), ("VERTEX_POINT", 62), ("CLOSED_SHELL", 1)]
+        {
+            assert_eq!(kinds[kind], count, "{kind}");
+        }
+    }
+
+    #[test]
+    fn points_are_written_once() {
+        let file = written(&sphere());
+        let points: Vec<_> = entities(&file)
+            .into_iter()
+            .map(|(_, text)| text)
+            .filter(|t| t.starts_with("CARTESIAN_POINT"))
+            .collect();
+        let distinct: HashSet<_> = points.iter().collect();
+        assert_eq!(points.len(), 12 + 30 * 13 + 20 * 127 + 1);
+        assert_eq!(points.len(), distinct.len());
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_named() {
+        let write = |surface: &TriangularSpline, uncertainty| {
+            let options = StepOptions { uncertainty, ..StepOptions::default() };
+            write_step(surface, &options, &mut Vec::new()).unwrap_err()
+        };
+        let mut broken = sphere();
+        broken.nets[4][7].y = f64::NAN;
+        assert!(matches!(write(&broken, 1e-7), WriteError::NotFinite { what: "patch", index: 4 }));
+        assert!(matches!(write(&inverted(&sphere()), 1e-7), WriteError::InsideOut { patch: 0 }));
+        assert!(matches!(write(&sphere(), 0.0), WriteError::Uncertainty(0.0)));
+    }
 }
