@@ -9,13 +9,14 @@ mod geometry;
 mod numbering;
 mod product;
 
+use super::net::{DEGREE, Net, nets};
 use super::{Unit, WriteError, text};
 use crate::bernstein::index;
 use crate::geom::Point3;
-use crate::surface::{PatchForm, PatchId, Seam, Surface};
+use crate::surface::{PatchId, Seam, Surface};
 use bodies::Body;
-use geometry::{Facing, Net};
-use numbering::{DEGREE, Numbering};
+use geometry::Facing;
+use numbering::Numbering;
 use product::Entities;
 use std::io::Write;
 
@@ -56,77 +57,61 @@ pub fn write_step(
     if !(options.uncertainty > 0.0 && options.uncertainty.is_finite()) {
         return Err(WriteError::Uncertainty(options.uncertainty));
     }
-    for patch in surface.patches() {
-        net(surface, patch)?;
-    }
+    let nets = nets(surface, "STEP")?;
     let bodies = bodies::bodies(surface)?;
     let ids = Numbering::new(surface)?;
     product::write_header(out, options)?;
-    write_corners(surface, &ids, out)?;
-    write_seams(surface, &ids, out)?;
-    write_patches(surface, &ids, &facings(surface, &bodies), out)?;
+    write_corners(surface, &nets, &ids, out)?;
+    write_seams(surface, &nets, &ids, out)?;
+    let facings = facings(surface, &bodies);
+    text::write_items(out, nets.len(), |p, text| {
+        geometry::push_patch(text, &ids, PatchId(p as u32), nets[p], facings[p]);
+    })?;
     let mut entities = Entities { next: ids.end(), out };
     write_bodies(&bodies, &ids, options, &mut entities)?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     Ok(())
 }
 
-/// The control points of a patch, checked.
-fn net(surface: &dyn Surface, patch: PatchId) -> Result<&Net, WriteError> {
-    let PatchForm::BezierTriangle { degree, net } = surface.form(patch);
-    let wrong = WriteError::Degree { format: "STEP", patch: patch.0, degree };
-    if degree != DEGREE {
-        return Err(wrong);
-    }
-    if !net.iter().all(|p| p.iter().all(|c| c.is_finite())) {
-        return Err(WriteError::NotFinite { what: "patch", index: patch.index() });
-    }
-    net.try_into().map_err(|_| wrong)
-}
-
-fn write_corners(surface: &dyn Surface, ids: &Numbering, out: &mut impl Write) -> Result<(), WriteError> {
+fn write_corners(
+    surface: &dyn Surface,
+    nets: &[&Net],
+    ids: &Numbering,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let mut points = vec![Point3::zeros(); ids.lattice().corner_count()];
-    for patch in surface.patches() {
-        let net = net(surface, patch)?;
+    for (patch, net) in surface.patches().zip(nets) {
         for (c, corner) in surface.corners(patch).into_iter().enumerate() {
             points[corner as usize] = net[index::row(DEGREE, c, 0, 0)];
         }
     }
-    let corner = |c: usize, text: &mut Vec<u8>| geometry::push_corner(text, ids, c as u32, &points[c]);
-    Ok(text::write_items(out, points.len(), corner)?)
+    text::write_items(out, points.len(), |c, text| geometry::push_corner(text, ids, c as u32, &points[c]))
 }
 
-fn write_seams(surface: &dyn Surface, ids: &Numbering, out: &mut impl Write) -> Result<(), WriteError> {
+fn write_seams(
+    surface: &dyn Surface,
+    nets: &[&Net],
+    ids: &Numbering,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let seams = surface.seams();
-    let rows: Vec<_> = seams.iter().map(|s| seam_row(surface, s)).collect::<Result<_, _>>()?;
-    let seam = |s: usize, text: &mut Vec<u8>| geometry::push_seam(text, ids, s as u32, &rows[s].0, rows[s].1);
-    Ok(text::write_items(out, seams.len(), seam)?)
+    text::write_items(out, seams.len(), |s, text| {
+        let (row, ends) = seam_row(surface, nets, &seams[s]);
+        geometry::push_seam(text, ids, s as u32, &row, ends);
+    })
 }
 
 /// Control points along a seam, from its first side, and its end corners.
-fn seam_row(surface: &dyn Surface, seam: &Seam) -> Result<([Point3; DEGREE + 1], [u32; 2]), WriteError> {
-    let (net, edge) = (net(surface, seam.first.patch)?, seam.first.edge as usize);
-    let corners = surface.corners(seam.first.patch);
+fn seam_row(surface: &dyn Surface, nets: &[&Net], seam: &Seam) -> ([Point3; DEGREE + 1], [u32; 2]) {
+    let (patch, edge) = (seam.first.patch, seam.first.edge as usize);
+    let (net, corners) = (nets[patch.index()], surface.corners(patch));
     let mut row: [Point3; DEGREE + 1] = std::array::from_fn(|m| net[index::row(DEGREE, edge, 0, m)]);
     let mut ends = [corners[edge], corners[(edge + 1) % 3]];
     if seam.first.reversed {
         row.reverse();
         ends.reverse();
     }
-    Ok((row, ends))
-}
-
-fn write_patches(
-    surface: &dyn Surface,
-    ids: &Numbering,
-    facings: &[Facing],
-    out: &mut impl Write,
-) -> Result<(), WriteError> {
-    let nets: Vec<&Net> = surface.patches().map(|p| net(surface, p)).collect::<Result<_, _>>()?;
-    let patch = |p: usize, text: &mut Vec<u8>| {
-        geometry::push_patch(text, ids, PatchId(p as u32), nets[p], facings[p]);
-    };
-    Ok(text::write_items(out, nets.len(), patch)?)
+    (row, ends)
 }
 
 /// The faces of a cavity are turned, because ISO 10303-42 has a void shell face out of the void and then reverses
