@@ -27,7 +27,9 @@ use support::python::{self, Missing};
 fn check(name: &str, body: impl FnOnce() -> Result<(), Missing>) {
     if let Err(missing) = body() {
         // Straight to the stream: what a passing test prints with println! is not shown.
-        let _ = writeln!(std::io::stderr(), "skipped: {name} (needs {missing})");
+        // In one piece, since other tests write too.
+        let line = format!("skipped: {name} (needs {missing})\n");
+        let _ = std::io::stderr().write_all(line.as_bytes());
     }
 }
 
