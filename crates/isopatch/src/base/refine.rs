@@ -16,7 +16,9 @@ pub fn edge_lengths(base: &BaseMesh) -> Vec<f64> {
     let mesh = &base.mesh;
     mesh.vertices()
         .map(|v| {
-            let lengths = mesh.ring(v).map(|h| (base.positions[mesh.dest(h).index()] - base.positions[v.index()]).norm());
+            let lengths = mesh
+                .ring(v)
+                .map(|h| (base.positions[mesh.dest(h).index()] - base.positions[v.index()]).norm());
             let (sum, count) = lengths.fold((0.0, 0), |(sum, n), l| (sum + l, n + 1));
             sum / f64::from(count)
         })

@@ -8,7 +8,9 @@ use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
-use super::sizing::{blend_with_curvature, SizingOptions, UNIT_TRIANGLE, sizes_for_count, sizes_from_errors, stretch};
+use super::sizing::{
+    SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors, stretch,
+};
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 

@@ -121,10 +121,11 @@ pub enum RecipeError {
 const CHECK_LATTICE: usize = 12;
 /// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
 const BACK_SAMPLES: usize = 30_000;
-/// The error that edge lengths aim at, as a share of the tolerance; less in every further round, since the largest of
-/// thousands of errors scatters.
+/// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
 const AIM: f64 = 0.45;
-const AIM_FURTHER: f64 = 0.85;
+/// In round r a mesh that misses the tolerance grows at least by the r-th power of this factor: the first round only
+/// evens out the errors, and no count is out of reach.
+const GROWTH: f64 = 1.06;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -171,7 +172,16 @@ pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) ->
     };
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
-    Ok(Fitted { surface: kept.surface, formula, negated, bounds, reached, figures: kept.figures, repairs, seconds })
+    Ok(Fitted {
+        surface: kept.surface,
+        formula,
+        negated,
+        bounds,
+        reached,
+        figures: kept.figures,
+        repairs,
+        seconds,
+    })
 }
 
 /// What stays the same in all rounds.
@@ -244,8 +254,11 @@ impl Work<'_> {
                 if !bad && made.keeps(tolerance) {
                     return None;
                 }
-                let aim = AIM * AIM_FURTHER.powi(round as i32) * tolerance;
-                Wish { reason: None, ..lengths_for_error(base, patches, aim) }
+                let mut wish = lengths_for_error(base, patches, AIM * tolerance);
+                // A mesh that misses the tolerance gets no fewer faces, and the more of them the longer it misses.
+                let least = (GROWTH.powi(round as i32) * base.mesh.face_count() as f64) as usize;
+                wish.faces = wish.faces.max(least + least % 2);
+                wish
             }
             Size::Automatic | Size::Faces(_) => {
                 if !bad && round >= self.recipe.evening {
@@ -256,7 +269,9 @@ impl Work<'_> {
         };
         wish.reason = bad.then_some("patches folded or had normals off by more than 20°");
         // Evening out keeps the count, as does a count that was asked for.
-        if matches!(self.recipe.size, Size::Faces(_)) || (wish.reason.is_none() && self.recipe.size == Size::Automatic) {
+        if matches!(self.recipe.size, Size::Faces(_))
+            || (wish.reason.is_none() && self.recipe.size == Size::Automatic)
+        {
             wish.faces = base.mesh.face_count();
         }
         Some(wish)
@@ -265,7 +280,9 @@ impl Work<'_> {
     /// Shorter edges where a curve or a system has no solution.
     fn wish_after_failure(&self, error: &RecipeError, mesh: &BaseMesh) -> Option<Wish> {
         let vertices = match error {
-            RecipeError::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            RecipeError::Curve(
+                CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. },
+            )
             | RecipeError::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
             RecipeError::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
             _ => return None,
@@ -323,7 +340,11 @@ impl Stages<'_> {
 }
 
 fn remade(faces: usize, why: &str) -> Repair {
-    Repair { what: format!("base mesh remade with {faces} faces"), place: "whole mesh".into(), why: why.into() }
+    Repair {
+        what: format!("base mesh remade with {faces} faces"),
+        place: "whole mesh".into(),
+        why: why.into(),
+    }
 }
 
 fn figures(curves: &[QuarticCurve], options: &CurveOptions, deviation: &Deviation) -> SplineReport {
