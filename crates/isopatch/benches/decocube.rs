@@ -3,27 +3,34 @@
 //! `cargo bench -p isopatch --bench decocube` prints medians of five runs and the share of each stage.
 
 use cpu_time::ProcessTime;
-use isopatch::gallery;
-use isopatch::io::native;
+use isopatch::field::{Constants, Formula};
+use isopatch::geom::{Aabb, Vec3};
+use isopatch::io::native::{Provenance, write_native};
 use isopatch::recipes::spline::{Fitted, Size, SplineRecipe, fit};
 use std::cell::RefCell;
 
 const RUNS: usize = 5;
 
+/// The decocube of Tong & Kim 2009, figure 15; it lies in the cube from −1.5 to 1.5.
+const DECOCUBE: &str =
+    "((x^2+y^2-0.64)^2+(z^2-1)^2)((y^2+z^2-0.64)^2+(x^2-1)^2)((z^2+x^2-0.64)^2+(y^2-1)^2) = 0.02";
+const HALF: f64 = 1.5;
+const FACES: usize = 5_000;
+
 /// CPU seconds at which each stage began, by name.
 type Marks = Vec<(String, ProcessTime)>;
 
 fn run() -> (Fitted, Vec<(String, f64)>) {
-    let entry = gallery::find("decocube").expect("the decocube is in the gallery");
     let marks: RefCell<Marks> = RefCell::default();
     let mark = |stage: &str| marks.borrow_mut().push((stage.to_string(), ProcessTime::now()));
     mark("parse");
-    let formula = entry.parse().expect("gallery formulas parse");
-    let recipe = SplineRecipe { bounds: entry.bounds, size: Size::Faces(5_000), ..SplineRecipe::default() };
+    let formula = Formula::parse(DECOCUBE, &Constants::new()).expect("a formula");
+    let bounds = Aabb::new(Vec3::repeat(-HALF), Vec3::repeat(HALF));
+    let recipe = SplineRecipe { bounds: Some(bounds), size: Size::Faces(FACES), ..SplineRecipe::default() };
     let fitted = fit(&formula, &recipe, &mark).expect("the decocube has a spline");
     mark("native");
     let mut bytes = Vec::new();
-    native::write(&fitted.surface, &native::Metadata::default(), &mut bytes).expect("memory takes all bytes");
+    write_native(&fitted.surface, &Provenance::default(), &mut bytes).expect("memory takes all bytes");
     mark("end");
     let marks = marks.into_inner();
     let mut stages: Vec<(String, f64)> = Vec::new();

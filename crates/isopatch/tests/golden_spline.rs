@@ -1,5 +1,6 @@
 //! The spline method against numbers computed by independent programs (tests/golden; larger files from
 //! `ISOPATCH_TEST_DATA`).
+#![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
 
 mod support;
 

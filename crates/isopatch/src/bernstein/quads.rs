@@ -21,14 +21,15 @@ pub const DEGREE: usize = 7;
 const SIDE: usize = DEGREE + 1;
 const NET: usize = index::count(DEGREE);
 
-/// Control points c[i][j] of a tensor-product patch, i in the first parameter.
+/// Control points `c[i][j]` of a tensor-product patch, i in the first parameter.
 pub type QuadNet = [[Point3; SIDE]; SIDE];
 
 /// Rows (8 i + j) of the map from the triangle's net to quad 0's net; the other quads are turned copies.
 static CONVERSION: LazyLock<Vec<[f64; NET]>> = LazyLock::new(conversion_rows);
 
 /// c_ij = 1/(C(7,i) C(7,j)) Σ 7!/(n00! n10! n01! n11!) · blossom(P00^n00 P10^n10 P01^n01 P11^n11) with
-/// n10 + n11 = i, n01 + n11 = j and seven arguments in all (spline.md 2k). All weights are ≥ 0.
+/// n10 + n11 = i, n01 + n11 = j and seven arguments in all: the triangle's polynomial after the
+/// bilinear map onto the quad, multiplied out. All weights are ≥ 0.
 fn conversion_rows() -> Vec<[f64; NET]> {
     let corner = [1.0, 0.0, 0.0];
     let (next, previous, centre) = ([0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]);

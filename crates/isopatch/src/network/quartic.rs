@@ -11,7 +11,7 @@
 //!
 //! For given (λ, μ) the best q2 is a projection onto two planes, so the fit (9) is a problem of two unknowns in a
 //! box, solved by Levenberg–Marquardt steps; three Gauss–Newton steps then trade the distance from projected
-//! samples for the distance along the normal (spline.md 2d and section 3).
+//! samples for the distance along the normal (PAPERS.md, deviations).
 
 use crate::base::BaseMesh;
 use crate::bernstein::curve::basis;

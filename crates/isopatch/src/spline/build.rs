@@ -101,7 +101,7 @@ impl Ring {
 
 /// Builds the G1 spline over `base` with the given boundary curves (one an edge), fitted to `target`.
 ///
-/// Tong & Kim 2009, section 6, by the steps of spline.md section 3 (5 to 8). Linear time; parallel, with the same
+/// Tong & Kim 2009, section 6, with the deviations that PAPERS.md lists. Linear time; parallel, with the same
 /// result for every number of threads.
 pub fn build(
     base: BaseMesh,
@@ -138,7 +138,7 @@ fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point
         .collect()
 }
 
-/// λ0 and μ0 of every dart, by (14); zero for darts on a boundary.
+/// λ0 and μ0 of every dart, by (15); zero for darts on a boundary.
 fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
     let mut weights = vec![EndWeights::default(); 2 * curves.len()];
     for v in base.mesh.vertices() {

@@ -1,4 +1,4 @@
-//! The G1 conditions along an edge: Tong & Kim 2009, section 6.3.
+//! The G1 conditions along an edge: Tong & Kim 2009, section 6.4.
 //!
 //! ```text
 //!        r0  r1  r2  r3  r4  r5  r6       first row of the left patch, from a to b

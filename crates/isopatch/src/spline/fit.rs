@@ -103,7 +103,7 @@ fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> Point3 {
 /// interior points fit the projected samples by least squares.
 ///
 /// Projecting the filled patch instead of the flat triangle is what the paper (section 6.1, eq. (12)) does not do;
-/// it lowers the error by an order of magnitude on coarse meshes (spline.md, main result 6).
+/// it lowers the error by an order of magnitude on coarse meshes (PAPERS.md, deviations).
 pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target) -> Vec<Footprints> {
     let tables = &**TABLES;
     let batches: Vec<Vec<Footprints>> = nets

@@ -1,4 +1,4 @@
-//! The G1 conditions at a vertex: Tong & Kim 2009, section 6.2.
+//! The G1 conditions at a vertex: Tong & Kim 2009, section 6.3.
 //!
 //! ```text
 //!            curve i+1                Around a vertex o, curves leave counter-clockwise with d_i = q1 − o and
@@ -6,12 +6,12 @@
 //!               |   • t_i            twist point t_i. Everything is an offset from o.
 //!               |
 //!               o———————— curve i    6[(1−λ0) t_{i−1} + λ0 t_i] − 4 μ1 d_i
-//!                \                      = −[(1−λ1) c_{i−1} + λ1 c_{i+1}] + 3[(1−μ0) d_i + μ0 e_i]    (15)
+//!                \                      = −[(1−λ1) c_{i−1} + λ1 c_{i+1}] + 3[(1−μ0) d_i + μ0 e_i]    (14)
 //!                 \  • t_{i−1}
 //!              curve i−1             with e_i = q2 − o and λ0, λ1, μ0, μ1 of curve i seen from o.
 //! ```
 //!
-//! Row i of (15) has a normal part, solved in closed form for every valence by t_i·N = 7/6 c_iᵀ M c_{i+1}, and a
+//! Row i of (14) has a normal part, solved in closed form for every valence by t_i·N = 7/6 c_iᵀ M c_{i+1}, and a
 //! tangential part with the scalar μ1 free. Taking the component across d_i removes μ1, and the least change of
 //! the twist points is then one small positive definite system per vertex. A closed vertex has as many rows as
 //! corners; a boundary vertex has no row for its first and last curve.
@@ -28,7 +28,7 @@ pub struct RingCurve {
     pub e: Vec3,
 }
 
-/// λ0 and μ0 of a curve, equations (14) at t = 0: (1 − λ0) c_{i−1} + λ0 c_{i+1} = μ0 d_i.
+/// λ0 and μ0 of a curve, equation (15): (1 − λ0) c_{i−1} + λ0 c_{i+1} = μ0 d_i.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EndWeights {
     /// λ0, in (0, 1) where both corner angles are between 0 and π.
@@ -65,7 +65,7 @@ pub struct VertexSystem<'a> {
     pub twists: &'a [Vec3],
 }
 
-/// Twist points and weights that satisfy (15).
+/// Twist points and weights that satisfy (14).
 #[derive(Clone, Debug)]
 pub struct VertexSolution {
     /// Twist points t_i as offsets, one a corner.
@@ -74,7 +74,7 @@ pub struct VertexSolution {
     pub mu1: Vec<f64>,
 }
 
-/// Solves (15) with the exact second fundamental form in every corner and the least tangential change of the
+/// Solves (14) with the exact second fundamental form in every corner and the least tangential change of the
 /// wanted twist points. O(n³) for valence n. None if the tangential system is singular (a corner angle of 0 or π).
 pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
     let VertexSystem { normal, curvature, curves, weights, far_lambda, twists } = system;
