@@ -25,8 +25,20 @@ pub fn assert_passes(path: &Path, expected: &Expected) -> Result<(), Missing> {
     let (kernel, text) =
         (python::test_data("tools/check_step.py")?, python::test_data("tools/check_step_text.py")?);
     let path = path.to_str().unwrap();
-    assert_kernel(&python::run(&kernel, &[&[path], expected.kernel_options].concat())?, expected);
-    assert_text(&python::run(&text, &[path])?, expected);
+    let kernel = python::run(&kernel, &[&[path], expected.kernel_options].concat())?;
+    let text = python::run(&text, &[path])?;
+    println!(
+        "{path}: {} bytes, kernel {} s, text {} s, {} edges of {}, gap {:.1e}, jump {:.1e} deg",
+        kernel["bytes"],
+        kernel["total_s"],
+        text["time_s"],
+        kernel["shared_edges"],
+        kernel["edges"],
+        number(&kernel, "g0_face_face_max"),
+        number(&text, "g1_max_deg"),
+    );
+    assert_kernel(&kernel, expected);
+    assert_text(&text, expected);
     Ok(())
 }
 
