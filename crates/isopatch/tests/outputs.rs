@@ -18,20 +18,10 @@ use isopatch::spline::TriangularSpline;
 use isopatch::tessellate::{TessellateOptions, Tessellation, tessellate};
 use serde_json::Value;
 use std::f64::consts::PI;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use support::golden::{flat_triangle, inverted, joined, load, scaled, sphere};
-use support::python::{self, Missing};
-
-/// Runs a check, or says in one line what it needs.
-fn check(name: &str, body: impl FnOnce() -> Result<(), Missing>) {
-    if let Err(missing) = body() {
-        // Straight to the stream: what a passing test prints with println! is not shown.
-        // In one piece, since other tests write too.
-        let line = format!("skipped: {name} (needs {missing})\n");
-        let _ = std::io::stderr().write_all(line.as_bytes());
-    }
-}
+use support::python::{self, Missing, check};
+use support::step::{self, Expected};
 
 fn torus() -> Result<TriangularSpline, Missing> {
     Ok(load(&python::test_data("golden/spline/torus_12x6_rec.json")?))
@@ -73,40 +63,18 @@ fn volume(surface: &TriangularSpline) -> f64 {
     surface.nets.iter().map(patch).sum()
 }
 
-/// The pass rule: valid, one solid per component, no free edge, no message, tolerance 1e-7, gap ≤ 1e-9, strict.
 fn assert_step(name: &str, surface: &TriangularSpline, solids: u64, shells: u64) -> Result<(), Missing> {
-    let (kernel, text) =
-        (python::test_data("tools/check_step.py")?, python::test_data("tools/check_step_text.py")?);
-    python::interpreter()?;
     let path = write(name, |out| write_step(surface, &StepOptions::default(), out).unwrap());
-    let patches = surface.nets.len() as u64;
-    let report = python::run(&kernel, &[&path])?;
-    assert_eq!(report["brepcheck_valid"], true, "{report:#}");
-    assert_eq!(report["ok_closed_solid"], true, "{report:#}");
-    for (key, expected) in [
-        ("solids", solids),
-        ("shells", shells),
-        ("faces", 3 * patches),
-        ("edges", 2 * surface.curves.len() as u64 + 3 * patches),
-        ("free_edges", 0),
-        ("transfer_fails", 0),
-        ("transfer_warnings", 0),
-    ] {
-        assert_eq!(report[key], expected, "{key} of {report:#}");
-    }
-    for key in ["max_tol_edge", "max_tol_vertex", "max_tol_face"] {
-        assert!(number(&report, key) <= 1e-7, "{key} of {report:#}");
-    }
-    for key in ["g0_face_face_max", "g0_face_curve_max"] {
-        assert!(number(&report, key) <= 1e-9, "{key} of {report:#}");
-    }
-    assert_close(number(&report, "volume"), volume(surface), 1e-9, "volume");
-    let report = python::run(&text, &[&path])?;
-    assert_eq!(report["strict_ok"], true, "{report:#}");
-    assert_eq!(number(&report, "edge_curve_vs_surface_boundary_ctrl_dist_max"), 0.0);
-    assert_eq!(number(&report, "vertex_curve_end_dist_max"), 0.0);
-    assert!(number(&report, "g1_max_deg") < 1e-9, "{report:#}");
-    Ok(())
+    let expected = Expected {
+        solids,
+        shells,
+        patches: surface.nets.len() as u64,
+        seams: surface.curves.len() as u64,
+        euler: surface.base.mesh.euler_number(),
+        volume: volume(surface),
+        kernel_options: &[],
+    };
+    step::assert_passes(Path::new(&path), &expected)
 }
 
 #[test]

@@ -4,6 +4,7 @@
 
 pub mod golden;
 pub mod python;
+pub mod step;
 
 use isopatch::geom::Point3;
 use serde_json::Value;

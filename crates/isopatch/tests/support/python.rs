@@ -1,11 +1,22 @@
 //! Programs from outside that read a file back and print what they found as JSON.
 
 use serde_json::Value;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Why a check cannot run here.
 pub type Missing = String;
+
+/// Runs a check, or says in one line what it needs.
+pub fn check(name: &str, body: impl FnOnce() -> Result<(), Missing>) {
+    if let Err(missing) = body() {
+        // Straight to the stream: what a passing test prints with println! is not shown.
+        // In one piece, since other tests write too.
+        let line = format!("skipped: {name} (needs {missing})\n");
+        let _ = std::io::stderr().write_all(line.as_bytes());
+    }
+}
 
 /// The Python interpreter with the packages of tests/requirements.txt.
 pub fn interpreter() -> Result<PathBuf, Missing> {
