@@ -3,6 +3,7 @@
 pub mod base;
 pub mod bernstein;
 pub mod field;
+pub mod gallery;
 pub mod geom;
 pub mod mesh;
 pub mod network;

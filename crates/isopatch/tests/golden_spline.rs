@@ -137,7 +137,9 @@ fn vertex_systems_agree_with_dense_solves() {
             .collect();
         let count = curves.len();
         let weights: Vec<EndWeights> = (0..count)
-            .map(|i| end_weights(&curves[(i + count - 1) % count].d, &curves[i].d, &curves[(i + 1) % count].d, &n))
+            .map(|i| {
+                end_weights(&curves[(i + count - 1) % count].d, &curves[i].d, &curves[(i + 1) % count].d, &n)
+            })
             .collect();
         for (w, (l, m)) in weights.iter().zip(floats(&system["lambda0"]).iter().zip(floats(&system["mu0"]))) {
             assert!((w.lambda - l).abs() < 1e-12 && (w.mu - m).abs() < 1e-12);

@@ -62,10 +62,14 @@ mod tests {
     fn linear_nets_have_no_energy_and_quadratic_ones_the_exact_one() {
         let n = 7;
         let energy = thin_plate(n);
-        let linear = nalgebra::DVector::from_iterator(36, index::indices(n).map(|[i, j, _]| i as f64 - 2.0 * j as f64));
+        let linear = nalgebra::DVector::from_iterator(
+            36,
+            index::indices(n).map(|[i, j, _]| i as f64 - 2.0 * j as f64),
+        );
         assert!((&energy * &linear).norm() < 1e-9);
         // u² has second derivatives 2 ∂u∂u with ∂x u = −1, ∂y u = −1/√3: (∂x² + ∂y²)² · 4 = 64/9.
-        let square = index::indices(n).map(|[i, _, _]| (i * i.saturating_sub(1)) as f64 / (n * (n - 1)) as f64);
+        let square =
+            index::indices(n).map(|[i, _, _]| (i * i.saturating_sub(1)) as f64 / (n * (n - 1)) as f64);
         let square = nalgebra::DVector::from_iterator(36, square);
         assert!(((square.transpose() * &energy * &square)[0] - 64.0 / 9.0).abs() < 1e-10);
     }
@@ -95,7 +99,8 @@ mod tests {
             let mut interior = interior.iter();
             nalgebra::DVector::from_iterator(
                 36,
-                index::indices(n).map(|i| if index::is_boundary(i) { value(i) } else { *interior.next().unwrap() }),
+                index::indices(n)
+                    .map(|i| if index::is_boundary(i) { value(i) } else { *interior.next().unwrap() }),
             )
         };
         let filled = net(&linear);

@@ -41,7 +41,9 @@ mod tests {
         for n in 0..9 {
             let all: Vec<_> = indices(n).collect();
             assert_eq!(all.len(), count(n));
-            assert!(all.iter().enumerate().all(|(p, ijk)| position(*ijk) == p && ijk.iter().sum::<usize>() == n));
+            assert!(
+                all.iter().enumerate().all(|(p, ijk)| position(*ijk) == p && ijk.iter().sum::<usize>() == n)
+            );
         }
     }
 

@@ -60,7 +60,8 @@ fn blossom_row(arguments: &[([f64; 3], usize)]) -> [f64; NET] {
             degree -= 1;
             for [i, j, k] in index::indices(degree) {
                 let raised = [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]].map(index::position);
-                let combined = rows.row(raised[0]) * a[0] + rows.row(raised[1]) * a[1] + rows.row(raised[2]) * a[2];
+                let combined =
+                    rows.row(raised[0]) * a[0] + rows.row(raised[1]) * a[1] + rows.row(raised[2]) * a[2];
                 rows.set_row(index::position([i, j, k]), &combined);
             }
         }

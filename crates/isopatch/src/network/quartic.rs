@@ -80,7 +80,9 @@ pub enum CurveError {
         to: u32,
     },
     /// No curve in the box has the normal curvatures (Tong & Kim, Fig. 8): split the edge.
-    #[error("edge {edge} between vertices {from} and {to}: no quartic has both normal curvatures (split the edge)")]
+    #[error(
+        "edge {edge} between vertices {from} and {to}: no quartic has both normal curvatures (split the edge)"
+    )]
     Infeasible {
         /// Edge number.
         edge: u32,
@@ -156,7 +158,11 @@ fn fit_batch(
     if options.normal_distance_steps > 0 {
         reduce_normal_distance(target, options, &ends, &mut fits);
     }
-    edges.iter().zip(ends.iter().zip(&fits)).map(|(edge, (ends, fit))| ends.finish(base, *edge, fit, options)).collect()
+    edges
+        .iter()
+        .zip(ends.iter().zip(&fits))
+        .map(|(edge, (ends, fit))| ends.finish(base, *edge, fit, options))
+        .collect()
 }
 
 /// What a curve interpolates. Positions are relative to `q0`.
@@ -216,7 +222,8 @@ impl Ends {
         let problem = Reduced::new(self, samples);
         let low = Vector2::new(options.shortest_tangent, -options.longest_tangent) * self.length;
         let high = Vector2::new(options.longest_tangent, -options.shortest_tangent) * self.length;
-        let unconstrained = problem.h.try_inverse().map_or_else(Vector2::zeros, |inverse| inverse * problem.g);
+        let unconstrained =
+            problem.h.try_inverse().map_or_else(Vector2::zeros, |inverse| inverse * problem.g);
         let mut x = unconstrained.sup(&low).inf(&high);
         let mut value = problem.objective(&x);
         let (mut damping, mut steps) = (DAMPING[0], 0);
@@ -282,7 +289,8 @@ impl Ends {
     }
 
     fn in_box(&self, fit: &Fit, options: &CurveOptions) -> bool {
-        let inside = |x: f64| x > options.shortest_tangent * self.length && x < options.longest_tangent * self.length;
+        let inside =
+            |x: f64| x > options.shortest_tangent * self.length && x < options.longest_tangent * self.length;
         inside(fit.lambda) && inside(-fit.mu)
     }
 
@@ -294,7 +302,8 @@ impl Ends {
         options: &CurveOptions,
     ) -> Result<QuarticCurve, CurveError> {
         let violation = self.constraints(fit).amax();
-        let solved = violation <= options.constraint_tolerance * self.length && fit.lambda > 0.0 && fit.mu < 0.0;
+        let solved =
+            violation <= options.constraint_tolerance * self.length && fit.lambda > 0.0 && fit.mu < 0.0;
         if !solved {
             let h = base.mesh.edge_half_edge(edge);
             let (from, to) = (base.mesh.origin(h).0, base.mesh.dest(h).0);
@@ -354,7 +363,8 @@ impl<'a> Reduced<'a> {
 
     fn objective(&self, x: &Vector2<f64>) -> f64 {
         let d = self.violation(x);
-        (x.transpose() * self.h * x)[0] - 2.0 * self.g.dot(x) + TABLE.b22 * (d.transpose() * self.gram_inverse * d)[0]
+        (x.transpose() * self.h * x)[0] - 2.0 * self.g.dot(x)
+            + TABLE.b22 * (d.transpose() * self.gram_inverse * d)[0]
     }
 
     /// Half the gradient, and half the Gauss–Newton Hessian.
@@ -430,7 +440,8 @@ impl NormalBatch {
         let mut gradient = SVector::<f64, 5>::zeros();
         for (j, b) in TABLE.b.iter().enumerate() {
             // The derivative of the sample by (λ, μ, q2) has these columns.
-            let columns = [b[1] * ends.t[0], b[3] * ends.t[1], b[2] * Vec3::x(), b[2] * Vec3::y(), b[2] * Vec3::z()];
+            let columns =
+                [b[1] * ends.t[0], b[3] * ends.t[1], b[2] * Vec3::x(), b[2] * Vec3::y(), b[2] * Vec3::z()];
             let n = self.normal.get(i * SAMPLES + j);
             let row = SVector::from(columns.map(|c| c.dot(&n)));
             let motion = SMatrix::<f64, 3, 5>::from_columns(&columns);

@@ -183,7 +183,8 @@ fn solve_vertices(
                 .collect();
             let ring_weights: Vec<EndWeights> = ring.darts.iter().map(|dart| weights[dart.index()]).collect();
             // The left side of a dart is the right side of its reverse.
-            let far: Vec<f64> = ring.darts.iter().map(|d| 1.0 - weights[d.reverse().index()].lambda).collect();
+            let far: Vec<f64> =
+                ring.darts.iter().map(|d| 1.0 - weights[d.reverse().index()].lambda).collect();
             let twists: Vec<Vec3> = ring
                 .corners
                 .iter()

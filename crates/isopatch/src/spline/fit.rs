@@ -27,7 +27,8 @@ type Net = [Point3; NET];
 pub type Footprints = [Point3; FIT_SAMPLES];
 
 /// The three free control points b_322, b_232, b_223.
-const FREE_POINTS: [usize; FREE] = [index::position([3, 2, 2]), index::position([2, 3, 2]), index::position([2, 2, 3])];
+const FREE_POINTS: [usize; FREE] =
+    [index::position([3, 2, 2]), index::position([2, 3, 2]), index::position([2, 2, 3])];
 
 struct Tables {
     boundary: [usize; BOUNDARY],
@@ -52,7 +53,8 @@ static TABLES: LazyLock<Box<Tables>> = LazyLock::new(|| Box::new(Tables::new()))
 
 impl Tables {
     fn new() -> Self {
-        let (boundary, interior): (Vec<_>, Vec<_>) = index::indices(DEGREE).partition(|i| index::is_boundary(*i));
+        let (boundary, interior): (Vec<_>, Vec<_>) =
+            index::indices(DEGREE).partition(|i| index::is_boundary(*i));
         let positions = |ijk: &[[usize; 3]]| ijk.iter().copied().map(index::position).collect::<Vec<_>>();
         let (boundary, interior) = (positions(&boundary), positions(&interior));
         let basis = triangle::basis_matrix(DEGREE, &triangle::interior_lattice(FIT_LATTICE));

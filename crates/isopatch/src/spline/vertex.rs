@@ -97,7 +97,8 @@ pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
     let mut t: Vec<Vec3> = twists.iter().map(tangential).collect();
 
     // Row r couples corners r − 1 and r through (coefficient, corner) pairs; G = A Aᵀ is cyclic tridiagonal.
-    let coefficients = |i: usize| [(6.0 * (1.0 - weights[i].lambda), previous(i)), (6.0 * weights[i].lambda, i)];
+    let coefficients =
+        |i: usize| [(6.0 * (1.0 - weights[i].lambda), previous(i)), (6.0 * weights[i].lambda, i)];
     let residual = |i: usize, t: &[Vec3]| {
         let left: Vec3 = coefficients(i).iter().map(|(a, corner)| *a * t[*corner]).sum();
         right(i) - left
@@ -112,7 +113,8 @@ pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
             gram[(r, s)] = shared * across[*i].dot(&across[*j]);
         }
     }
-    let violation = DVector::from_iterator(rows.len(), rows.iter().map(|i| residual(*i, &t).dot(&across[*i])));
+    let violation =
+        DVector::from_iterator(rows.len(), rows.iter().map(|i| residual(*i, &t).dot(&across[*i])));
     let multipliers = gram.lu().solve(&violation)?;
     for (r, i) in rows.iter().enumerate() {
         for (a, corner) in coefficients(*i) {
