@@ -1,5 +1,46 @@
 //! From a field to a [`BaseMesh`]: few well-shaped triangles with their vertices exactly on the surface.
+//!
+//! [`build`] goes the whole way; its stages are separate functions:
+//!
+//! ```text
+//! find_box ──► seed_mesh ──► decimate ──► remesh ──► finish ──► BaseMesh
+//!  interval     marching      quadric      splits,    projection,
+//!  bounds       cubes, ever   errors       collapses, normals,
+//!               finer                      flips,     curvatures
+//!                                          smoothing
+//! ```
+//!
+//! [`validity`] says whether a mesh, wherever it comes from, is fit for a spline surface.
 
 mod base_mesh;
+mod bounds;
+mod build;
+mod connectivity;
+mod cube_cases;
+mod decimate;
+mod error;
+mod polygonize;
+mod project;
+mod remesh;
+mod shape;
+mod singular;
+mod sizing;
+mod validity;
+
+#[cfg(test)]
+mod test_fields;
+#[cfg(test)]
+mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};
+pub use bounds::{SEARCH_RADIUS, check_box, find_box, outside_is_negative, tighten};
+pub use build::{BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, build, finish, seed_mesh};
+pub use decimate::decimate;
+pub use error::{BaseError, BoxSide};
+pub use polygonize::{END_GAP, Grid, Samples, TriangleMesh, check_samples, polygonize, sample};
+pub use project::{ProjectOptions, Projection, project_points};
+pub use remesh::{RemeshOptions, remesh};
+pub use shape::largest_curvature;
+pub use singular::find_singular;
+pub use sizing::SizingOptions;
+pub use validity::{Limit, Quality, ValidityLimits, Violation, quality, validity};

@@ -94,6 +94,13 @@ impl FromIterator<Point3> for Points {
     }
 }
 
+impl PointsMut<'_> {
+    /// The same points, borrowed for a shorter time.
+    pub fn reborrow(&mut self) -> PointsMut<'_> {
+        PointsMut { x: self.x, y: self.y, z: self.z }
+    }
+}
+
 impl<'a> PointsView<'a> {
     /// Number of points.
     pub fn len(&self) -> usize {

@@ -1,0 +1,245 @@
+//! The whole way from a field in a box to a base mesh.
+
+use rayon::prelude::*;
+
+use super::base_mesh::BaseMesh;
+use super::bounds::{check_box, side_beyond, tighten};
+use super::connectivity::Connectivity;
+use super::decimate::decimate;
+use super::error::BaseError;
+use super::polygonize::{Grid, TriangleMesh, check_samples, polygonize, sample};
+use super::project::{ProjectOptions, project_positions};
+use super::remesh::{RemeshOptions, remesh};
+use super::shape::largest_curvature;
+use super::singular::find_singular;
+use super::sizing::automatic_count;
+use super::validity::{Limit, ValidityLimits, Violation, validity};
+use crate::field::Field;
+use crate::geom::{Aabb, Vec3};
+use crate::mesh::HalfEdgeMesh;
+
+/// Settings of [`build`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseOptions {
+    /// Exact number of faces; an odd one is raised by one, as a closed triangle mesh has an even number. None: as many as
+    /// the curvature asks for.
+    pub faces: Option<usize>,
+    /// The seed grid.
+    pub seed: SeedOptions,
+    /// Remeshing, with edge lengths and projection.
+    pub remesh: RemeshOptions,
+    /// What the result is measured against.
+    pub limits: ValidityLimits,
+}
+
+impl Default for BaseOptions {
+    fn default() -> Self {
+        Self {
+            faces: None,
+            seed: SeedOptions::default(),
+            remesh: RemeshOptions::default(),
+            limits: ValidityLimits::default(),
+        }
+    }
+}
+
+/// Settings of [`seed_mesh`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeedOptions {
+    /// Cells along the longest side of the surface's box in the first grid. Default 40.
+    pub cells: usize,
+    /// Largest number of cells along the longest side. Default 256.
+    pub most_cells: usize,
+    /// How much finer each grid is than the one before. Default 1.5.
+    pub refinement: f64,
+    /// Largest product of curvature and cell size, |k|max·h. Default 1.0: a feature, two radii of curvature wide, is then
+    /// two cells wide.
+    pub turn: f64,
+    /// The finest grid has at least this many faces for each face asked for. Default 3: decimation needs a choice.
+    pub surplus: f64,
+}
+
+impl Default for SeedOptions {
+    fn default() -> Self {
+        Self { cells: 40, most_cells: 256, refinement: 1.5, turn: 1.0, surplus: 3.0 }
+    }
+}
+
+/// Something that was changed or is not as it should be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Repair {
+    /// What was done or found.
+    pub what: String,
+    /// Where, in words or coordinates.
+    pub place: String,
+    /// Why.
+    pub why: String,
+}
+
+/// A base mesh and what is to be said about it.
+#[derive(Clone, Debug)]
+pub struct BaseOutcome {
+    /// The mesh.
+    pub base: BaseMesh,
+    /// Departures from what was asked.
+    pub repairs: Vec<Repair>,
+    /// Corners beyond the limits; a spline surface exists all the same, but may be poor there.
+    pub violations: Vec<Violation>,
+}
+
+/// A fine triangle mesh near the surface, from [`seed_mesh`].
+#[derive(Clone, Debug)]
+pub struct Seed {
+    /// The mesh.
+    pub mesh: TriangleMesh,
+    /// The field's unit normal at each vertex.
+    pub normals: Vec<Vec3>,
+    /// |k|max at each vertex.
+    pub curvatures: Vec<f64>,
+    /// Is f < 0 outside, so that the field is to be negated for the solid to be bounded?
+    pub negative_outside: bool,
+    /// Edge length of a grid cell.
+    pub step: f64,
+    /// Diagonal of the bounding box.
+    pub diagonal: f64,
+}
+
+/// A base mesh of the closed surface f = 0 inside a box: [`seed_mesh`], [`decimate`], [`remesh`], [`finish`].
+///
+/// Faces are counter-clockwise seen from where f > 0.
+pub fn build(field: &dyn Field, bounds: &Aabb, options: &BaseOptions) -> Result<BaseOutcome, BaseError> {
+    let mut repairs = Vec::new();
+    let wanted = options.faces.map(|f| f + f % 2);
+    let seed = seed_mesh(field, bounds, wanted, &options.seed)?;
+    let faces = wanted.unwrap_or_else(|| seed.automatic_faces(&options.remesh));
+    if let Some(asked) = options.faces.filter(|f| *f != faces) {
+        repairs.push(Repair {
+            what: format!("{faces} faces instead of {asked}"),
+            place: "whole mesh".into(),
+            why: "a closed triangle mesh has an even number of faces".into(),
+        });
+    }
+    let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
+    let shaped = remesh(field, &coarse, faces, seed.diagonal, &options.remesh)?;
+    let base = finish(field, shaped, &options.remesh.projection)?;
+    let violations = validity(&base, &options.limits);
+    require_convex_corners(&violations)?;
+    Ok(BaseOutcome { base, repairs, violations })
+}
+
+impl Seed {
+    /// The number of faces that the curvature asks for.
+    pub fn automatic_faces(&self, options: &RemeshOptions) -> usize {
+        let x = &self.mesh.positions;
+        Connectivity::from_faces(x.len(), &self.mesh.faces)
+            .map_or(0, |c| automatic_count(&c, x, &self.curvatures, self.diagonal, &options.sizing))
+    }
+}
+
+/// Polygonises ever finer grids until Euler number and number of components repeat and the curvature is resolved.
+///
+/// The grids cover the part of the box where the surface is. `faces` is the number of faces wanted in the end, if known.
+pub fn seed_mesh(
+    field: &dyn Field,
+    bounds: &Aabb,
+    faces: Option<usize>,
+    options: &SeedOptions,
+) -> Result<Seed, BaseError> {
+    let mut region = tighten(field, bounds)?;
+    let enclosure = region;
+    let mut cells = options.cells.max(4);
+    let mut last: Option<(i64, usize)> = None;
+    loop {
+        let next_cells = (cells as f64 * options.refinement).ceil() as usize;
+        let finest = next_cells > options.most_cells;
+        let samples = sample(field, &Grid::covering(&region, cells));
+        let negative_outside = match check_samples(&samples) {
+            Ok(negative) => negative,
+            // The box around the coarser mesh was too narrow: take all of it again.
+            Err(BaseError::SurfaceLeavesBox { .. }) if region != enclosure => {
+                region = enclosure;
+                continue;
+            }
+            Err(BaseError::NoSurface { .. }) if !finest => {
+                cells = next_cells;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let mesh = polygonize(&samples)?;
+        let step = samples.grid.step;
+        let topology = (mesh.euler_number(), mesh.component_count());
+        let around = Aabb::around(&mesh.positions);
+        let enough = faces.is_none_or(|f| mesh.faces.len() as f64 >= options.surplus * f as f64);
+        if (last == Some(topology) && enough) || finest {
+            let seed = describe(field, mesh, negative_outside, step);
+            if let Some(at) = find_singular(field, &seed.mesh.positions, step) {
+                return Err(match side_beyond(bounds, &at) {
+                    None => BaseError::Singular { at },
+                    Some(side) => BaseError::SurfaceLeavesBox { side, at },
+                });
+            }
+            let resolved = seed.curvatures.iter().filter(|k| **k * step > options.turn).count()
+                <= seed.curvatures.len() / UNRESOLVED_SHARE;
+            if last == Some(topology) && (resolved || finest) {
+                return Ok(seed);
+            }
+            if finest {
+                let euler = [last.map_or(0, |t| t.0), topology.0];
+                return Err(BaseError::Unresolved { cells, euler });
+            }
+        }
+        // Two cells are more than the surface can stick out between the nodes if the grid resolves it at all.
+        let narrow = around.grown(2.0 * step);
+        region = Aabb::new(narrow.min.sup(&enclosure.min), narrow.max.inf(&enclosure.max));
+        last = Some(topology);
+        cells = next_cells;
+    }
+}
+
+/// One vertex in so many may have a larger curvature than the grid resolves.
+const UNRESOLVED_SHARE: usize = 1000;
+
+fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step: f64) -> Seed {
+    let (normals, curvatures) = mesh
+        .positions
+        .par_iter()
+        .map(|p| {
+            let jet = field.jet(*p);
+            let k = largest_curvature(&jet.curvature_tensor());
+            let n = jet.gradient.normalize();
+            (if n.x.is_finite() { n } else { Vec3::zeros() }, if k.is_finite() { k } else { 0.0 })
+        })
+        .unzip();
+    let diagonal = Aabb::around(&mesh.positions).diagonal();
+    Seed { mesh, normals, curvatures, negative_outside, step, diagonal }
+}
+
+/// Projects the vertices once more, now to the full tolerance, and takes normals and curvatures from the field.
+pub fn finish(
+    field: &dyn Field,
+    mut mesh: TriangleMesh,
+    projection: &ProjectOptions,
+) -> Result<BaseMesh, BaseError> {
+    let diagonal = Aabb::around(&mesh.positions).diagonal();
+    let report = project_positions(field, &mut mesh.positions, diagonal, projection);
+    let step = diagonal / (mesh.faces.len() as f64).sqrt();
+    if let Some(i) = report.failures.first() {
+        let at = mesh.positions[*i];
+        return Err(match find_singular(field, &mesh.positions, step) {
+            Some(at) => BaseError::Singular { at },
+            None => BaseError::NotOnSurface { at },
+        });
+    }
+    let connectivity = HalfEdgeMesh::from_faces(mesh.positions.len(), &mesh.faces)?;
+    Ok(BaseMesh::from_field(field, connectivity, mesh.positions))
+}
+
+/// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.
+fn require_convex_corners(violations: &[Violation]) -> Result<(), BaseError> {
+    let inverted = |v: &&Violation| v.limit == Limit::Corner && !(v.value > 0.0 && v.value < 180.0);
+    match violations.iter().find(inverted) {
+        Some(v) => Err(BaseError::InvertedCorner { at: v.at, degrees: v.value }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,139 @@
+use std::fmt;
+
+use crate::geom::Point3;
+
+/// A side of a box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BoxSide {
+    /// Which coordinate is constant on it: 0, 1 or 2.
+    pub axis: usize,
+    /// Is it the side of the largest coordinate?
+    pub upper: bool,
+}
+
+impl fmt::Display for BoxSide {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", if self.upper { "largest" } else { "smallest" }, AXIS_NAMES[self.axis])
+    }
+}
+
+const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Why no base mesh could be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BaseError {
+    /// A coordinate of the box is infinite or NaN.
+    #[error("the box is not finite in {}", AXIS_NAMES[*.axis])]
+    NonFiniteBox {
+        /// The coordinate, 0, 1 or 2.
+        axis: usize,
+    },
+    /// The box's largest coordinate is below the smallest.
+    #[error("the box is reversed in {}: {min} > {max}", AXIS_NAMES[*.axis])]
+    ReversedBox {
+        /// The coordinate, 0, 1 or 2.
+        axis: usize,
+        /// What was given as the smallest.
+        min: f64,
+        /// What was given as the largest.
+        max: f64,
+    },
+    /// The box has no thickness (or one that is lost in rounding).
+    #[error("the box is flat in {}: from {min} to {max}", AXIS_NAMES[*.axis])]
+    FlatBox {
+        /// The coordinate, 0, 1 or 2.
+        axis: usize,
+        /// Smallest coordinate.
+        min: f64,
+        /// Largest coordinate.
+        max: f64,
+    },
+    /// The field does not change sign.
+    #[error(
+        "no surface in the box: the field is {} everywhere{}",
+        if *.negative { "negative" } else { "positive" },
+        if *.proven { "" } else { " where it was sampled" }
+    )]
+    NoSurface {
+        /// Is f < 0 (or else f ≥ 0)?
+        negative: bool,
+        /// By interval bounds over the whole box, not only by samples.
+        proven: bool,
+    },
+    /// The field has the same value everywhere.
+    #[error("the field is constant: {value} at every sample")]
+    ConstantField {
+        /// Its value.
+        value: f64,
+    },
+    /// The field has no value where the surface, or the whole box, is.
+    #[error("the field is undefined (not a number) {}, {:.0} % of the samples", place(.at), 100.0 * .share)]
+    Undefined {
+        /// Share of the samples that are not a number.
+        share: f64,
+        /// Such a sample beside the solid; none if all of them are.
+        at: Option<Point3>,
+    },
+    /// The surface is cut by the box.
+    #[error("the surface leaves the box through the side of {side}, near {}: a larger box is needed", show(.at))]
+    SurfaceLeavesBox {
+        /// The side.
+        side: BoxSide,
+        /// Roughly where.
+        at: Point3,
+    },
+    /// No box could be found that holds the whole surface.
+    #[error("the surface is unbounded, or could not be shown to be bounded: give a box")]
+    Unbounded,
+    /// ∇f = 0 on the surface.
+    #[error("the surface is singular: the gradient vanishes at {}", show(.at))]
+    Singular {
+        /// Where.
+        at: Point3,
+    },
+    /// A vertex could not be put on the surface.
+    #[error("no point of the surface was found near {}: a pole, a jump or a kink of the field", show(.at))]
+    NotOnSurface {
+        /// Where the vertex was.
+        at: Point3,
+    },
+    /// The topology still changed at the finest grid.
+    #[error(
+        "the surface has details too fine for the grid: Euler number {} with {cells} cells along the longest side, {} with half of them",
+        .euler[1], .euler[0]
+    )]
+    Unresolved {
+        /// Cells along the longest side of the finest grid.
+        cells: usize,
+        /// Euler numbers of the last two grids.
+        euler: [i64; 2],
+    },
+    /// Fewer faces were asked for than the topology (or a valid surface) takes.
+    #[error("{asked} faces are too few for this surface: the least that works is {least}")]
+    TooFewFaces {
+        /// The number asked for.
+        asked: usize,
+        /// The least that works.
+        least: usize,
+    },
+    /// No spline surface exists over this mesh: a corner is not convex in the tangent plane.
+    #[error("the corner of a base face near {} is {degrees:.1} degrees wide: more faces are needed", show(.at))]
+    InvertedCorner {
+        /// The vertex.
+        at: Point3,
+        /// Angle of the corner in the tangent plane.
+        degrees: f64,
+    },
+    /// Connectivity is broken: a fault of this program.
+    #[error("the base mesh is not a manifold: {0}")]
+    Mesh(#[from] crate::mesh::MeshError),
+}
+
+/// Coordinates for a message.
+fn show(p: &Point3) -> String {
+    format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
+}
+
+fn place(at: &Option<Point3>) -> String {
+    at.as_ref().map_or_else(|| "everywhere".to_string(), |p| format!("beside the surface near {}", show(p)))
+}

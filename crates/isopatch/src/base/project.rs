@@ -1,0 +1,188 @@
+//! Points onto the surface: damped Newton iteration along the gradient.
+
+use rayon::prelude::*;
+
+use crate::field::Field;
+use crate::geom::{Point3, Points, PointsMut, Vec3};
+
+/// Settings of [`project_points`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProjectOptions {
+    /// A point has arrived when its Newton step is shorter than this share of the diagonal. Default 1e-13, some
+    /// hundred units in the last place of coordinates as large as the diagonal.
+    pub tolerance: f64,
+    /// Longest step, as a share of the diagonal. Default 0.1: farther away f is no longer nearly linear.
+    pub longest_step: f64,
+    /// Largest number of field evaluations for a point. Default 60: three to five are usual.
+    pub evaluations: usize,
+}
+
+impl Default for ProjectOptions {
+    fn default() -> Self {
+        Self { tolerance: 1e-13, longest_step: 0.1, evaluations: 60 }
+    }
+}
+
+/// What became of the points of [`project_points`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Projection {
+    /// Points that did not arrive (ascending): the gradient vanishes, f is undefined, or progress stopped. They are left
+    /// where |f| was smallest.
+    pub failures: Vec<usize>,
+    /// Evaluations of f and ∇f, all points together.
+    pub evaluations: usize,
+}
+
+/// Points that one task works on; the result does not depend on it, only the speed (batches that fit the cache).
+const CHUNK: usize = 1024;
+
+/// Moves every point onto the surface f = 0 along the gradient: p ← p − f ∇f / |∇f|², Tong & Kim 2009, eq. (4).
+///
+/// A step that does not make |f| smaller is halved. A point has arrived when a step shorter than
+/// `options.tolerance`·`diagonal` was taken, or |f| is within the field's rounding bound. Points are independent of each
+/// other: the result is the same whatever the number of threads.
+pub fn project_points(
+    field: &dyn Field,
+    points: &mut Points,
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Projection {
+    let PointsMut { x, y, z } = points.view_mut();
+    let chunks: Vec<Projection> = x
+        .par_chunks_mut(CHUNK)
+        .zip(y.par_chunks_mut(CHUNK))
+        .zip(z.par_chunks_mut(CHUNK))
+        .map(|((x, y), z)| project_chunk(field, PointsMut { x, y, z }, diagonal, options))
+        .collect();
+    let mut all = Projection::default();
+    for (i, chunk) in chunks.into_iter().enumerate() {
+        all.failures.extend(chunk.failures.into_iter().map(|j| i * CHUNK + j));
+        all.evaluations += chunk.evaluations;
+    }
+    all
+}
+
+/// Where the iteration of one point stands.
+#[derive(Clone, Copy)]
+struct Walker {
+    /// Which point of the chunk.
+    point: usize,
+    /// Best point so far, and |f| there.
+    best: Point3,
+    residual: f64,
+    /// Length of the whole Newton step from there.
+    newton: f64,
+    /// Step on trial from `best`.
+    step: Vec3,
+}
+
+fn project_chunk(
+    field: &dyn Field,
+    mut out: PointsMut<'_>,
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Projection {
+    let n = out.x.len();
+    let mut walkers: Vec<Walker> = (0..n)
+        .map(|i| {
+            let best = Point3::new(out.x[i], out.y[i], out.z[i]);
+            Walker { point: i, best, residual: f64::INFINITY, newton: f64::INFINITY, step: Vec3::zeros() }
+        })
+        .collect();
+    let (mut trial, mut gradient, mut f) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
+    let mut report = Projection::default();
+    for _ in 0..options.evaluations {
+        let active = walkers.len();
+        if active == 0 {
+            break;
+        }
+        for (i, w) in walkers.iter().enumerate() {
+            trial.set(i, w.best + w.step);
+        }
+        let g = gradient.view_mut();
+        let g = PointsMut { x: &mut g.x[..active], y: &mut g.y[..active], z: &mut g.z[..active] };
+        field.gradients(trial.view().slice(0..active), &mut f[..active], g);
+        report.evaluations += active;
+        let mut kept = 0;
+        for i in 0..active {
+            let mut w = walkers[i];
+            match advance(field, &mut w, trial.get(i), f[i], gradient.get(i), diagonal, options) {
+                Progress::Arrived => put(&mut out, w.point, w.best),
+                Progress::Stuck => {
+                    put(&mut out, w.point, w.best);
+                    report.failures.push(w.point);
+                }
+                Progress::Walking => {
+                    walkers[kept] = w;
+                    kept += 1;
+                }
+            }
+        }
+        walkers.truncate(kept);
+    }
+    for w in walkers {
+        put(&mut out, w.point, w.best);
+        report.failures.push(w.point);
+    }
+    report.failures.sort_unstable();
+    report
+}
+
+fn put(out: &mut PointsMut<'_>, i: usize, p: Point3) {
+    (out.x[i], out.y[i], out.z[i]) = (p.x, p.y, p.z);
+}
+
+enum Progress {
+    Walking,
+    Arrived,
+    Stuck,
+}
+
+/// Steps shorter than this share of the diagonal may be rounding alone: then the rounding bound is looked at. It costs
+/// about as much as an evaluation, so not before.
+const NEAR: f64 = 1e-9;
+
+/// Judges the trial point of a walker and chooses its following step.
+fn advance(
+    field: &dyn Field,
+    w: &mut Walker,
+    trial: Point3,
+    f: f64,
+    gradient: Vec3,
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Progress {
+    let newton = -f / gradient.norm_squared() * gradient;
+    let length = newton.norm();
+    if length.is_finite() && f.abs() < w.residual {
+        (w.best, w.residual, w.newton) = (trial, f.abs(), length);
+        let longest = options.longest_step * diagonal;
+        w.step = if length > longest { newton * (longest / length) } else { newton };
+    } else {
+        w.step *= 0.5;
+    }
+    let tolerance = options.tolerance * diagonal;
+    if w.newton < tolerance {
+        w.best += w.step;
+        return Progress::Arrived;
+    }
+    if w.newton < NEAR * diagonal && w.residual <= field.rounding_bound(w.best) {
+        return Progress::Arrived;
+    }
+    if w.step.norm() < tolerance { Progress::Stuck } else { Progress::Walking }
+}
+
+/// Positions as one array per coordinate, projected, and back; see [`project_points`].
+pub(super) fn project_positions(
+    field: &dyn Field,
+    positions: &mut [Point3],
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Projection {
+    let mut points: Points = positions.iter().copied().collect();
+    let report = project_points(field, &mut points, diagonal, options);
+    for (i, p) in positions.iter_mut().enumerate() {
+        *p = points.get(i);
+    }
+    report
+}

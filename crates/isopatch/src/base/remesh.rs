@@ -1,0 +1,391 @@
+//! Well-shaped triangles: splits, collapses, flips and tangential smoothing on the surface, guided by edge lengths
+//! (Botsch & Kobbelt, SGP 2004, with lengths from the curvature).
+
+use rayon::prelude::*;
+
+use super::connectivity::Connectivity;
+use super::error::BaseError;
+use super::polygonize::TriangleMesh;
+use super::project::{ProjectOptions, project_positions};
+use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
+use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors};
+use crate::field::Field;
+use crate::geom::{Jet, Mat3, Point3, Vec3};
+
+/// Settings of [`remesh`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RemeshOptions {
+    /// Rounds of splits, collapses, flips and smoothing. Default 10; the shape settles after six to eight.
+    pub rounds: usize,
+    /// Further rounds of flips and smoothing once the face count is exact. Default 4.
+    pub polish: usize,
+    /// Smoothing steps in each round. Default 3.
+    pub smoothing: usize,
+    /// Share of the way to the centre of the neighbourhood that a smoothing step goes. Default 0.7.
+    pub damping: f64,
+    /// Edge lengths.
+    pub sizing: SizingOptions,
+    /// How vertices are put on the surface.
+    pub projection: ProjectOptions,
+}
+
+impl Default for RemeshOptions {
+    fn default() -> Self {
+        Self {
+            rounds: 10,
+            polish: 4,
+            smoothing: 3,
+            damping: 0.7,
+            sizing: SizingOptions::default(),
+            projection: ProjectOptions::default(),
+        }
+    }
+}
+
+/// Edges longer than this times the wanted length are split: their halves are then nearer to it.
+const LONG: f64 = 4.0 / 3.0;
+
+/// Edges shorter than this times the wanted length are collapsed: the edges around are then nearer to it.
+const SHORT: f64 = 4.0 / 5.0;
+
+/// A collapse may not turn a face farther than this (cosine) from the normal at the merged vertex, and from those of
+/// the face's other corners.
+const COLLAPSE_FACING: [f64; 2] = [0.5, 0.3];
+
+/// Twice the area of a face over the square of its longest edge: a collapse may not leave less (equilateral: 0.87).
+const THINNEST: f64 = 0.12;
+
+/// A flip may not turn a face farther than this (cosine) from the normals at its corners.
+const FLIP_FACING: f64 = 0.3;
+
+/// Cosine of 110°: corners up to this are no reason for a flip.
+const WIDE: f64 = -0.34;
+
+/// A mesh that is being changed, with what is known at its vertices.
+pub(super) struct Remesher<'a> {
+    pub field: &'a dyn Field,
+    pub options: &'a RemeshOptions,
+    pub diagonal: f64,
+    pub mesh: Connectivity,
+    pub x: Vec<Point3>,
+    pub normal: Vec<Vec3>,
+    /// Largest curvature |k|max at each vertex.
+    pub curvature: Vec<f64>,
+    /// Curvature tensor at each vertex.
+    pub tensor: Vec<Mat3>,
+    /// Wanted edge length at each vertex.
+    pub size: Vec<f64>,
+}
+
+/// Remeshes a closed mesh near the surface to exactly `faces` (even) faces with all vertices on the surface.
+///
+/// The topology stays as it is. Fails if it does not allow so few faces.
+pub fn remesh(
+    field: &dyn Field,
+    mesh: &TriangleMesh,
+    faces: usize,
+    diagonal: f64,
+    options: &RemeshOptions,
+) -> Result<TriangleMesh, BaseError> {
+    let Some(connectivity) = Connectivity::from_faces(mesh.positions.len(), &mesh.faces) else {
+        return Ok(mesh.clone());
+    };
+    let mut work = Remesher {
+        field,
+        options,
+        diagonal,
+        mesh: connectivity,
+        x: mesh.positions.clone(),
+        normal: Vec::new(),
+        curvature: Vec::new(),
+        tensor: Vec::new(),
+        size: Vec::new(),
+    };
+    work.put_on_surface(&mesh.positions.clone());
+    // Predicted and real counts differ by some percent, in a way that hardly changes from round to round.
+    let mut bias = 1.0;
+    for _ in 0..options.rounds {
+        work.update_sizes((faces as f64 * bias) as usize);
+        work.split_long();
+        work.collapse_short();
+        work.flip_for_valence();
+        work.compact();
+        work.smooth_repeatedly();
+        bias *= (faces as f64 / work.mesh.face_count() as f64).clamp(0.8, 1.25).sqrt();
+    }
+    work.update_sizes(faces);
+    work.reach_count(faces)?;
+    for _ in 0..options.polish {
+        work.update_sizes(faces);
+        work.flip_for_angle();
+        work.smooth_repeatedly();
+    }
+    work.flip_for_angle();
+    work.compact();
+    Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x })
+}
+
+impl Remesher<'_> {
+    /// Projects all vertices; one that does not arrive, or lands beyond the neighbourhood, goes back to `fallback`.
+    pub fn put_on_surface(&mut self, fallback: &[Point3]) {
+        let report = project_positions(self.field, &mut self.x, self.diagonal, &self.options.projection);
+        for i in report.failures {
+            self.x[i] = fallback[i];
+        }
+        self.update_normals();
+    }
+
+    fn update_normals(&mut self) {
+        let field = self.field;
+        let jets: Vec<Jet> = self.x.par_iter().map(|p| field.jet(*p)).collect();
+        // Without a gradient there is neither normal nor curvature; that is found out at the end.
+        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
+        self.normal = jets.iter().map(|j| unit_or_zero(&j.gradient)).collect();
+        self.tensor = jets.iter().map(|j| finite(j.curvature_tensor())).collect();
+        self.curvature = self.tensor.iter().map(largest_curvature).collect();
+    }
+
+    pub fn update_sizes(&mut self, faces: usize) {
+        let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
+        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, faces, &self.options.sizing);
+    }
+
+    /// Renumbers vertices after removals.
+    pub fn compact(&mut self) {
+        let kept = self.mesh.compact();
+        let pick = |i: &u32| *i as usize;
+        self.x = kept.iter().map(|i| self.x[pick(i)]).collect();
+        self.normal = kept.iter().map(|i| self.normal[pick(i)]).collect();
+        self.curvature = kept.iter().map(|i| self.curvature[pick(i)]).collect();
+        self.tensor = kept.iter().map(|i| self.tensor[pick(i)]).collect();
+        self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
+    }
+
+    fn point(&self, v: u32) -> Point3 {
+        self.x[v as usize]
+    }
+
+    /// Length of an edge beside the shorter wanted length of its ends.
+    fn relative_length(&self, h: u32) -> f64 {
+        let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
+        (self.point(a) - self.point(b)).norm() / self.size[a as usize].min(self.size[b as usize])
+    }
+
+    /// Edges whose relative length passes the test, with that length; in a fixed order, shortest first.
+    fn edges_by_length(&self, wanted: impl Fn(f64) -> bool) -> Vec<(f64, u32)> {
+        let mut edges: Vec<(f64, u32)> = self
+            .mesh
+            .edges()
+            .map(|h| (self.relative_length(h), h))
+            .filter(|(length, _)| wanted(*length))
+            .collect();
+        edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        edges
+    }
+
+    fn split_long(&mut self) {
+        for (_, h) in self.edges_by_length(|l| l > LONG).into_iter().rev() {
+            self.split(h);
+        }
+    }
+
+    /// A new vertex in the middle of the edge.
+    fn split(&mut self, h: u32) {
+        let (a, b) = (self.mesh.origin(h) as usize, self.mesh.dest(h) as usize);
+        self.mesh.split(h);
+        self.x.push(0.5 * (self.x[a] + self.x[b]));
+        self.normal.push(unit_or_zero(&(self.normal[a] + self.normal[b])));
+        self.curvature.push(0.5 * (self.curvature[a] + self.curvature[b]));
+        self.tensor.push(0.5 * (self.tensor[a] + self.tensor[b]));
+        self.size.push(0.5 * (self.size[a] + self.size[b]));
+    }
+
+    fn collapse_short(&mut self) {
+        for (_, h) in self.edges_by_length(|l| l < SHORT) {
+            if self.mesh.is_half_edge(h) && self.relative_length(h) < SHORT {
+                self.try_collapse(h, LONG);
+            }
+        }
+    }
+
+    /// Merges the ends in their middle if no edge gets relatively longer than `longest` and no face turns or thins out.
+    fn try_collapse(&mut self, h: u32, longest: f64) -> bool {
+        let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
+        let (i, j) = (a as usize, b as usize);
+        let middle = 0.5 * (self.x[i] + self.x[j]);
+        let n = unit_or_zero(&(self.normal[i] + self.normal[j]));
+        let size = self.size[i].min(self.size[j]);
+        let fits = |e: u32| {
+            let [_, v, w] = self.mesh.corners(e);
+            if (self.point(v) - middle).norm() > longest * size && v != a && v != b {
+                return false;
+            }
+            v == a || v == b || w == a || w == b || self.is_good_face(middle, &n, v, w)
+        };
+        if !self.mesh.can_collapse(h) || !self.mesh.ring(a).all(fits) || !self.mesh.ring(b).all(fits) {
+            return false;
+        }
+        self.mesh.collapse(h);
+        self.x[i] = middle;
+        self.normal[i] = n;
+        self.curvature[i] = self.curvature[i].max(self.curvature[j]);
+        self.size[i] = 0.5 * (self.size[i] + self.size[j]);
+        true
+    }
+
+    /// Is the triangle (p, v, w), with normal n at p, neither turned away from its normals nor thin?
+    fn is_good_face(&self, p: Point3, n: &Vec3, v: u32, w: u32) -> bool {
+        let (q, r) = (self.point(v), self.point(w));
+        let area = area_vector([p, q, r]);
+        let length = area.norm();
+        let longest = (q - p).norm_squared().max((r - q).norm_squared()).max((p - r).norm_squared());
+        length >= THINNEST * longest
+            && area.dot(n) >= COLLAPSE_FACING[0] * length
+            && [v, w].iter().all(|u| area.dot(&self.normal[*u as usize]) >= COLLAPSE_FACING[1] * length)
+    }
+
+    /// Collapses the relatively shortest or splits the relatively longest edges until the face count is right.
+    pub fn reach_count(&mut self, faces: usize) -> Result<(), BaseError> {
+        // Gentle first; then edges may grow, if that is the only way.
+        for longest in [LONG, 2.0, f64::INFINITY] {
+            while self.mesh.face_count() > faces {
+                let before = self.mesh.face_count();
+                for (_, h) in self.edges_by_length(|_| true) {
+                    if self.mesh.face_count() > faces && self.mesh.is_half_edge(h) {
+                        self.try_collapse(h, longest);
+                    }
+                }
+                if self.mesh.face_count() == before {
+                    break;
+                }
+            }
+        }
+        if self.mesh.face_count() > faces {
+            return Err(BaseError::TooFewFaces { asked: faces, least: self.mesh.face_count() });
+        }
+        while self.mesh.face_count() < faces {
+            for (_, h) in self.edges_by_length(|_| true).into_iter().rev() {
+                if self.mesh.face_count() < faces {
+                    self.split(h);
+                }
+            }
+        }
+        self.compact();
+        let before = self.x.clone();
+        self.put_on_surface(&before);
+        Ok(())
+    }
+
+    fn corners(&self, [a, b, c]: [u32; 3]) -> [Point3; 3] {
+        [self.point(a), self.point(b), self.point(c)]
+    }
+
+    fn facing_of(&self, f: [u32; 3]) -> f64 {
+        facing(self.corners(f), f.map(|v| &self.normal[v as usize]))
+    }
+
+    /// Widest corner (as a cosine) and worst facing of the two faces at an edge, before and after a flip.
+    fn compare_flip(&self, h: u32) -> [(f64, f64); 2] {
+        let g = self.mesh.twin(h);
+        let ([a, b, c], d) = (self.mesh.corners(h), self.mesh.apex(g));
+        let judge = |faces: [[u32; 3]; 2]| {
+            let widest = faces.map(|f| largest_angle_cosine(self.corners(f)));
+            let facing = faces.map(|f| self.facing_of(f));
+            (widest[0].min(widest[1]), facing[0].min(facing[1]))
+        };
+        [judge([[a, b, c], [b, a, d]]), judge([[d, c, a], [c, d, b]])]
+    }
+
+    /// Flips that bring valences nearer to six.
+    fn flip_for_valence(&mut self) {
+        let mut valence: Vec<i32> = vec![0; self.mesh.vertex_bound()];
+        self.mesh.faces().flatten().for_each(|v| valence[v as usize] += 1);
+        let edges: Vec<u32> = self.mesh.edges().collect();
+        for h in edges {
+            let ends = [self.mesh.origin(h), self.mesh.dest(h)].map(|v| v as usize);
+            let apexes = [self.mesh.apex(h), self.mesh.apex(self.mesh.twin(h))].map(|v| v as usize);
+            // Change of Σ (valence − 6)²: −1 at the ends, +1 at the apexes.
+            let gain: i32 = ends.iter().map(|v| 2 * (valence[*v] - 6) - 1).sum::<i32>()
+                - apexes.iter().map(|v| 2 * (valence[*v] - 6) + 1).sum::<i32>();
+            if gain <= 0 || !self.mesh.can_flip(h) {
+                continue;
+            }
+            let [before, after] = self.compare_flip(h);
+            // Corners up to 143° may stay as wide as they are.
+            const WIDEST: f64 = -0.8;
+            let too_wide = after.0 < WIDEST.min(before.0);
+            if too_wide || (after.1 < FLIP_FACING && after.1 < before.1) {
+                continue;
+            }
+            self.mesh.flip(h);
+            ends.iter().for_each(|v| valence[*v] -= 1);
+            apexes.iter().for_each(|v| valence[*v] += 1);
+        }
+    }
+
+    /// Flips that make the widest corner narrower, until there is none.
+    pub fn flip_for_angle(&mut self) {
+        const PASSES: usize = 4;
+        // Smaller gains may alternate for ever.
+        const GAIN: f64 = 0.02;
+        for _ in 0..PASSES {
+            let mut flips = 0;
+            let edges: Vec<u32> = self.mesh.edges().collect();
+            for h in edges {
+                let [before, after] = self.compare_flip(h);
+                let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
+                if before.0 < WIDE && after.0 > before.0 + GAIN && !turns && self.mesh.can_flip(h) {
+                    self.mesh.flip(h);
+                    flips += 1;
+                }
+            }
+            if flips == 0 {
+                break;
+            }
+        }
+    }
+
+    pub fn smooth_repeatedly(&mut self) {
+        let before = self.x.clone();
+        self.put_on_surface(&before);
+        for _ in 0..self.options.smoothing {
+            self.smooth();
+        }
+    }
+
+    /// Every vertex moves toward the weighted centre of its faces within its tangent plane, then onto the surface.
+    ///
+    /// Weights are areas in units of the wanted length, so that they even out relative sizes.
+    fn smooth(&mut self) {
+        let mut sum = vec![(Vec3::zeros(), 0.0); self.x.len()];
+        for f in self.mesh.faces() {
+            let corners = self.corners(f);
+            let size = f.iter().map(|v| self.size[*v as usize]).sum::<f64>() / 3.0;
+            let weight = area_vector(corners).norm() / (size * size);
+            let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+            for v in f {
+                let (moment, total) = &mut sum[v as usize];
+                *moment += weight * center;
+                *total += weight;
+            }
+        }
+        let before = self.x.clone();
+        let normal_before = self.normal.clone();
+        for (i, (moment, total)) in sum.iter().enumerate() {
+            let pull = moment / total.max(f64::MIN_POSITIVE) - before[i];
+            let tangential = pull - self.normal[i] * self.normal[i].dot(&pull);
+            self.x[i] += self.options.damping * tangential;
+        }
+        self.put_on_surface(&before);
+        self.take_back_inversions(&before, &normal_before);
+    }
+
+    /// Moves the corners of faces that look inward back to where they were.
+    fn take_back_inversions(&mut self, before: &[Point3], normal_before: &[Vec3]) {
+        let inverted: Vec<[u32; 3]> = self.mesh.faces().filter(|f| self.facing_of(*f) <= 0.0).collect();
+        for v in inverted.into_iter().flatten().map(|v| v as usize) {
+            self.x[v] = before[v];
+            self.normal[v] = normal_before[v];
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Shape of one triangle beside the normals of the surface at its corners.
+
+use crate::geom::{Mat3, Point3, Vec3};
+
+/// Largest absolute principal curvature, from the curvature tensor (its third eigenvalue, along the normal, is zero).
+///
+/// k₁ + k₂ = tr M and k₁² + k₂² = |M|², so |k|max = |tr M|/2 + √(|M|²/2 − (tr M)²/4).
+pub fn largest_curvature(tensor: &Mat3) -> f64 {
+    let half_trace = 0.5 * tensor.trace();
+    half_trace.abs() + (0.5 * tensor.norm_squared() - half_trace * half_trace).max(0.0).sqrt()
+}
+
+/// The vector scaled to length 1, or zero if it has no direction.
+pub(super) fn unit_or_zero(v: &Vec3) -> Vec3 {
+    let n = v / v.norm();
+    if n.sum().is_finite() { n } else { Vec3::zeros() }
+}
+
+/// Twice the area times the unit normal.
+pub(super) fn area_vector([a, b, c]: [Point3; 3]) -> Vec3 {
+    (b - a).cross(&(c - a))
+}
+
+/// Angle at `p` from `p → q` to `p → r`, both projected into the plane normal to `n`; negative if clockwise. Radians.
+pub(super) fn tangent_corner(p: &Point3, q: &Point3, r: &Point3, n: &Vec3) -> f64 {
+    let (u, v) = (q - p, r - p);
+    let (un, vn) = (u.dot(n), v.dot(n));
+    // (u − (u·n)n)·(v − (v·n)n) and n·(u × v): the projection does not change the latter.
+    n.dot(&u.cross(&v)).atan2(u.dot(&v) - un * vn)
+}
+
+/// Cosine of the largest angle of a triangle; −1 if two corners agree.
+pub(super) fn largest_angle_cosine([a, b, c]: [Point3; 3]) -> f64 {
+    let (ab, bc, ca) = ((b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared());
+    // The largest angle is opposite to the longest edge; law of cosines.
+    let (longest, s, t) = if ab >= bc && ab >= ca {
+        (ab, bc, ca)
+    } else if bc >= ca {
+        (bc, ab, ca)
+    } else {
+        (ca, ab, bc)
+    };
+    if s * t == 0.0 { -1.0 } else { (s + t - longest) / (2.0 * (s * t).sqrt()) }
+}
+
+/// Smallest cosine between the face normal and the normals at the corners; −1 for a face without area.
+pub(super) fn facing(corners: [Point3; 3], normals: [&Vec3; 3]) -> f64 {
+    let n = area_vector(corners);
+    let length = n.norm();
+    if length > 0.0 { normals.iter().map(|m| n.dot(m)).fold(f64::INFINITY, f64::min) / length } else { -1.0 }
+}

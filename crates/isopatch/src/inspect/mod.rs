@@ -1,0 +1,105 @@
+//! What a finished surface is worth, measured on fresh samples and with nothing taken from the solver.
+//!
+//! | question | answered by |
+//! |---|---|
+//! | do neighbours meet, and with one normal? | [`seams`] |
+//! | how far is the surface from the zero set? | [`deviation`] |
+//! | how far is the zero set from the surface, does it miss a part? | [`coverage`] |
+//! | does it interpolate the base mesh? | [`interpolation`] |
+//! | what is it, as a whole? | [`topology`], [`extent`] |
+//!
+//! [`inspect`] asks all of them. Lengths are relative to the diagonal of the base mesh, angles are in radians.
+//! All figures are *measured*: they hold for the samples, and are bounds of nothing.
+
+mod closest;
+mod coverage;
+mod deviation;
+mod foot;
+mod interpolation;
+mod measure;
+mod samples;
+mod seams;
+mod text;
+mod tree;
+mod zeros;
+
+#[cfg(test)]
+mod tests;
+
+pub use closest::{ClosestPatch, Nearest};
+pub use coverage::{Coverage, coverage};
+pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation};
+pub use foot::closest;
+pub use interpolation::{Interpolation, interpolation};
+pub use measure::{Extent, Topology, extent, topology};
+pub use seams::{Seams, seams};
+pub use zeros::zeros;
+
+use crate::base::BaseMesh;
+use crate::field::Field;
+use crate::geom::Aabb;
+use crate::surface::Surface;
+
+/// How finely [`inspect`] samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InspectOptions {
+    /// Parameters along every seam, both ends among them, at least 2. Default 33.
+    pub seam_samples: usize,
+    /// Intervals of the barycentric lattice on every patch, at least 1. Default 12, that is 91 samples a patch.
+    pub lattice: usize,
+    /// Points of the zero set to look for, about; the distance back is left out if it is 0. Default 30,000.
+    pub back_samples: usize,
+    /// Where to look for the zero set, in model units; the box that the field was polygonised in, if there was
+    /// one. Default none: the box of the surface, so a part of the zero set far outside it is not seen.
+    pub region: Option<Aabb>,
+}
+
+impl Default for InspectOptions {
+    fn default() -> Self {
+        Self { seam_samples: 33, lattice: 12, back_samples: 30_000, region: None }
+    }
+}
+
+/// All that [`inspect`] measures. [`Display`](std::fmt::Display) writes it as a short table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inspection {
+    /// Diagonal of the bounding box of the base mesh's vertices, in model units: the unit of the lengths below.
+    pub diagonal: f64,
+    /// Number of patches.
+    pub patches: usize,
+    /// Connectivity of the base mesh.
+    pub topology: Topology,
+    /// Box, area and volume.
+    pub extent: Extent,
+    /// Positions and normals across seams.
+    pub seams: Seams,
+    /// Positions, normals and curvatures at the vertices of the base mesh.
+    pub interpolation: Interpolation,
+    /// From the surface to the zero set; none without a field.
+    pub deviation: Option<Deviation>,
+    /// From the zero set to the surface; none without a field, or where no zero was found or asked for.
+    pub coverage: Option<Coverage>,
+}
+
+/// Measures a surface: patch i over face i of the base mesh, against a field that is negative inside.
+pub fn inspect(
+    surface: &dyn Surface,
+    base: &BaseMesh,
+    field: Option<&dyn Field>,
+    options: &InspectOptions,
+) -> Inspection {
+    let diagonal = base.diagonal();
+    let extent = extent(surface);
+    let back = field.filter(|_| options.back_samples > 0);
+    Inspection {
+        diagonal,
+        patches: surface.patch_count(),
+        topology: topology(&base.mesh),
+        extent,
+        seams: seams(surface, diagonal, options.seam_samples),
+        interpolation: interpolation(base, surface, diagonal),
+        deviation: field.map(|f| deviation(surface, f, diagonal, options.lattice)),
+        coverage: back
+            .and_then(|f| coverage(surface, f, diagonal, extent.area, options.back_samples, options.region)),
+    }
+}

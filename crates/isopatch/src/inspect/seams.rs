@@ -1,0 +1,136 @@
+//! How well patches meet: positions and normals along every seam, from the two control nets.
+
+use super::samples::net;
+use crate::bernstein::index;
+use crate::geom::{Point3, Vec3, angle_between};
+use crate::surface::{Continuity, SeamSide, Surface};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Gaps and normal jumps of all seams.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seams {
+    /// Number of seams between two patches.
+    pub interior: usize,
+    /// Number of patch edges where the surface ends.
+    pub boundary: usize,
+    /// Largest distance between the two boundary curves at equal parameters, relative to the diagonal.
+    pub max_gap: f64,
+    /// Index into [`Surface::seams`] of the largest gap; none if every gap is zero.
+    pub worst_gap: Option<usize>,
+    /// Largest angle between the two normals on a seam that claims G1, in radians; π where a normal vanishes.
+    pub max_normal_jump: f64,
+    /// Index into [`Surface::seams`] of the largest normal jump; none if there is none.
+    pub worst_normal_jump: Option<usize>,
+}
+
+/// Measures every seam at `samples` ≥ 2 uniform parameters, both ends among them.
+///
+/// Everything is computed from differences of control points, so that a jump of 1e-15 rad shows as such wherever
+/// the surface stands.
+pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
+    let intervals = samples.max(2) - 1;
+    let parameters: Vec<f64> = (0..=intervals).map(|i| i as f64 / intervals as f64).collect();
+    let measured: Vec<_> = surface
+        .seams()
+        .par_iter()
+        .map(|seam| {
+            let second = seam.second?;
+            let (gap, jump) = measure(surface, seam.first, second, &parameters);
+            Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
+        })
+        .collect();
+    let mut result = Seams { boundary: measured.iter().filter(|m| m.is_none()).count(), ..Seams::default() };
+    for (i, (gap, jump)) in measured.into_iter().enumerate().filter_map(|(i, m)| Some((i, m?))) {
+        result.interior += 1;
+        if gap / diagonal > result.max_gap {
+            (result.max_gap, result.worst_gap) = (gap / diagonal, Some(i));
+        }
+        if jump > result.max_normal_jump {
+            (result.max_normal_jump, result.worst_normal_jump) = (jump, Some(i));
+        }
+    }
+    result
+}
+
+/// Largest gap (a length) and largest normal jump (an angle) of one seam.
+fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters: &[f64]) -> (f64, f64) {
+    let (a, b) = (Rows::new(surface, first), Rows::new(surface, second));
+    let mut basis = [0.0; MAX_ROW];
+    let (mut gap, mut jump) = (0.0, 0.0);
+    for t in parameters {
+        gap = f64::max(gap, gap_at(&a, &b, *t, &mut basis));
+        jump = f64::max(jump, normal_jump(&a.normal(*t, &mut basis), &b.normal(*t, &mut basis)));
+    }
+    (gap, jump)
+}
+
+/// |b₁(t) − b₂(t)|; from the differences of the control points where the degrees agree.
+fn gap_at(a: &Rows, b: &Rows, t: f64, basis: &mut [f64; MAX_ROW]) -> f64 {
+    if a.degree != b.degree {
+        return (a.point(t, basis) - b.point(t, basis)).norm();
+    }
+    bernstein(a.degree, t, basis);
+    (0..=a.degree).map(|m| basis[m] * (a.edge[m] - b.edge[m])).sum::<Vec3>().norm()
+}
+
+/// The angle between two normals of any length; π if one of them vanishes or is not a number.
+pub(super) fn normal_jump(a: &Vec3, b: &Vec3) -> f64 {
+    let usable = |n: &Vec3| n.norm_squared() > 0.0 && n.norm_squared().is_finite();
+    if usable(a) && usable(b) { angle_between(a, b) } else { PI }
+}
+
+/// Control points of a row; degree 9 is the largest that [`crate::bernstein::triangle`] evaluates.
+const MAX_ROW: usize = crate::bernstein::triangle::MAX_DEGREE + 1;
+
+/// The boundary row of a patch and the row next to it, in the direction of the seam.
+struct Rows {
+    degree: usize,
+    reversed: bool,
+    edge: [Point3; MAX_ROW],
+    inner: [Point3; MAX_ROW],
+}
+
+impl Rows {
+    fn new(surface: &dyn Surface, side: SeamSide) -> Self {
+        let (degree, net) = net(surface, side.patch);
+        let row = |depth: usize| {
+            std::array::from_fn(|m| match degree - depth {
+                last if m > last => Point3::zeros(),
+                last => {
+                    net[index::row(degree, side.edge.into(), depth, if side.reversed { last - m } else { m })]
+                }
+            })
+        };
+        Self { degree, reversed: side.reversed, edge: row(0), inner: row(1) }
+    }
+
+    fn point(&self, t: f64, basis: &mut [f64; MAX_ROW]) -> Point3 {
+        bernstein(self.degree, t, basis);
+        (0..=self.degree).map(|m| basis[m] * self.edge[m]).sum()
+    }
+
+    /// A positive multiple of the outward normal: tangent of the edge × derivative into the patch.
+    fn normal(&self, t: f64, basis: &mut [f64; MAX_ROW]) -> Vec3 {
+        bernstein(self.degree - 1, t, basis);
+        let (mut along, mut across) = (Vec3::zeros(), Vec3::zeros());
+        for m in 0..self.degree {
+            along += basis[m] * (self.edge[m + 1] - self.edge[m]);
+            // Any start on the edge will do, because a multiple of `along` drops out of the product.
+            across += basis[m] * (self.inner[m] - self.edge[m]);
+        }
+        if self.reversed { across.cross(&along) } else { along.cross(&across) }
+    }
+}
+
+/// Bernstein polynomials of degree `n` at t.
+fn bernstein(n: usize, t: f64, b: &mut [f64; MAX_ROW]) {
+    b[0] = 1.0;
+    for degree in 1..=n {
+        b[degree] = t * b[degree - 1];
+        for i in (1..degree).rev() {
+            b[i] = (1.0 - t) * b[i] + t * b[i - 1];
+        }
+        b[0] *= 1.0 - t;
+    }
+}

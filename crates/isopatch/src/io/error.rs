@@ -1,0 +1,57 @@
+use crate::tessellate::{SharingError, TessellateError};
+
+/// Why a surface or mesh cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The output refuses the bytes.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// The patches do not say what they share.
+    #[error(transparent)]
+    Sharing(#[from] SharingError),
+    /// The surface cannot be sampled.
+    #[error(transparent)]
+    Tessellate(#[from] TessellateError),
+    /// The format cannot hold patches of this degree.
+    #[error("patch {patch} has degree {degree}; {format} is written for degree 7 only")]
+    Degree {
+        /// The format.
+        format: &'static str,
+        /// The patch.
+        patch: u32,
+        /// Its degree.
+        degree: usize,
+    },
+    /// A coordinate is infinite or not a number.
+    #[error("{what} {index} has a coordinate that is not finite")]
+    NotFinite {
+        /// "patch" or "vertex".
+        what: &'static str,
+        /// Its number.
+        index: usize,
+    },
+    /// A closed component faces inward and nothing encloses it.
+    #[error("the component of patch {patch} faces inward and lies in no other: its solid would be unbounded")]
+    InsideOut {
+        /// The component's first patch.
+        patch: u32,
+    },
+    /// The format counts in 32 bits.
+    #[error("{format} cannot hold {count} {what}")]
+    TooMany {
+        /// The format.
+        format: &'static str,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// The native format stores a patch border as the quartic of its edge.
+    #[error("the border of patch {patch} is not the elevated quartic of edge {edge}")]
+    Border {
+        /// The patch.
+        patch: u32,
+        /// The edge of the base mesh.
+        edge: u32,
+    },
+}

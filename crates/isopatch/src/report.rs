@@ -1,0 +1,360 @@
+//! The report of a run as JSON: schema 1. Fields are added in later versions, never renamed or removed.
+//!
+//! Numbers that do not exist are `null`: a distance that was not measured, or that is infinite because no point of
+//! the zero set was found.
+
+use crate::geom::Aabb;
+use crate::inspect::Inspection;
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::time::Instant;
+
+/// Version of the schema that this module writes.
+pub const SCHEMA: u32 = 1;
+
+/// Everything that is known about a run, in the order of the JSON object.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// The input as it was given: formula, gallery name or file name.
+    pub input: String,
+    /// How the surface was made: `spline`, `rational` or `apatch`; none for a surface that was only read.
+    pub method: Option<String>,
+    /// Version of isopatch.
+    pub version: String,
+    /// Number of threads.
+    pub threads: usize,
+    /// Unit of length: `mm`, `cm`, `m` or `in`.
+    pub unit: String,
+    /// Was the field's sign changed, because the solid is {f > c}?
+    pub negated: bool,
+    /// Diagonal of the bounding box of the base mesh's vertices, in model units; lengths below are relative to it.
+    pub diagonal: f64,
+    /// Box around the patches, smallest and largest coordinates, in model units.
+    pub bounds: [[f64; 3]; 2],
+    /// The base mesh.
+    pub base: BaseReport,
+    /// The surface.
+    pub surface: SurfaceReport,
+    /// What the spline method did; none for other methods.
+    pub spline: Option<SplineReport>,
+    /// What was changed to make the input fit the method.
+    pub repairs: Vec<Repair>,
+    /// Time of every stage.
+    pub seconds: Seconds,
+    /// Largest resident memory of the process so far; none where the system does not tell.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// The base mesh in numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct BaseReport {
+    /// Number of vertices.
+    pub vertices: usize,
+    /// Number of edges.
+    pub edges: usize,
+    /// Number of faces.
+    pub faces: usize,
+    /// Number of connected components.
+    pub components: usize,
+    /// Vertices − edges + faces.
+    pub euler: i64,
+    /// Total genus.
+    pub genus: i64,
+    /// Number of boundary loops.
+    pub boundary_loops: usize,
+    /// Number of isolated singular points.
+    pub singular_points: usize,
+    /// Number of singular curves.
+    pub singular_curves: usize,
+}
+
+/// The surface in numbers: see [`Inspection`] for what they mean.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct SurfaceReport {
+    /// Number of patches.
+    pub patches: usize,
+    /// Kind of the patches, such as `bezier-triangle-7`.
+    pub kind: String,
+    /// The weakest continuity that a seam claims: `G0` or `G1`.
+    pub continuity: String,
+    /// Has it no boundary?
+    pub closed: bool,
+    /// Largest gap across a seam.
+    pub max_gap: f64,
+    /// Largest normal jump across a seam.
+    pub max_normal_jump_rad: f64,
+    /// Largest distance from the surface to the zero set.
+    pub max_distance: Option<f64>,
+    /// Largest distance from the zero set to the surface.
+    pub max_distance_back: Option<f64>,
+    /// Area-weighted root mean square of the distance from the surface to the zero set.
+    pub rms_distance: Option<f64>,
+    /// Largest angle between surface normal and field gradient.
+    pub max_normal_error_rad: Option<f64>,
+    /// Largest |f| / |∇f|.
+    pub max_distance_first_order: Option<f64>,
+    /// Area-weighted root mean square of |f| / |∇f|.
+    pub rms_distance_first_order: Option<f64>,
+    /// Largest distance between a vertex of the base mesh and the surface there.
+    pub max_vertex_error: f64,
+    /// Largest angle between the normal of a vertex and that of the surface there.
+    pub max_vertex_normal_error_rad: f64,
+    /// Largest difference of normal curvatures at a vertex, over max(|k|, 1/diagonal).
+    pub max_vertex_curvature_error: f64,
+    /// Area, in squared model units.
+    pub area: f64,
+    /// Volume, in cubic model units; none for an open surface.
+    pub volume: Option<f64>,
+    /// What is certified, not only measured.
+    pub certified: Certified,
+}
+
+/// Statements that outward-rounded bounds prove; none and false until something shows them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Certified {
+    /// A bound of the distance between surface and zero set.
+    pub distance: Option<f64>,
+    /// Has the surface the topology of the zero set?
+    pub topology: bool,
+}
+
+/// What the spline method did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct SplineReport {
+    /// Mean number of iterations of the boundary curve solver.
+    pub sqp_iterations_mean: f64,
+    /// Number of curves where it did not converge.
+    pub sqp_unconverged: usize,
+    /// Number of curves whose tangent lengths are at a bound.
+    pub curves_at_bound: usize,
+    /// Number of patches that fold.
+    pub folded: usize,
+    /// Number of patches whose normal is over 20° off somewhere.
+    pub faces_over_20deg: usize,
+}
+
+/// One repair.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Repair {
+    /// What was done.
+    pub what: String,
+    /// To which element, or near which point.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// For which reason.
+    pub why: String,
+}
+
+impl BaseReport {
+    /// The counts of an inspection; a base mesh without singularities.
+    pub fn new(inspection: &Inspection) -> Self {
+        let t = inspection.topology;
+        Self {
+            vertices: t.vertices,
+            edges: t.edges,
+            faces: t.faces,
+            components: t.components,
+            euler: t.euler,
+            genus: t.genus,
+            boundary_loops: t.boundary_loops,
+            singular_points: 0,
+            singular_curves: 0,
+        }
+    }
+}
+
+impl SurfaceReport {
+    /// The figures of an inspection; nothing certified.
+    pub fn new(inspection: &Inspection, kind: &str, continuity: &str) -> Self {
+        let deviation = inspection.deviation.as_ref();
+        let at_vertices = inspection.interpolation;
+        let closed = inspection.topology.boundary_loops == 0;
+        Self {
+            patches: inspection.patches,
+            kind: kind.to_string(),
+            continuity: continuity.to_string(),
+            closed,
+            max_gap: inspection.seams.max_gap,
+            max_normal_jump_rad: inspection.seams.max_normal_jump,
+            max_distance: deviation.map(|d| d.max_distance),
+            max_distance_back: inspection.coverage.map(|c| c.max_distance),
+            rms_distance: deviation.map(|d| d.rms_distance),
+            max_normal_error_rad: deviation.map(|d| d.max_normal_error),
+            max_distance_first_order: deviation.map(|d| d.max_first_order),
+            rms_distance_first_order: deviation.map(|d| d.rms_first_order),
+            max_vertex_error: at_vertices.max_position_error,
+            max_vertex_normal_error_rad: at_vertices.max_normal_error,
+            max_vertex_curvature_error: at_vertices.max_curvature_error,
+            area: inspection.extent.area,
+            volume: closed.then_some(inspection.extent.volume),
+            certified: Certified::default(),
+        }
+    }
+}
+
+impl Report {
+    /// The JSON object, indented, with a line feed at the end.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// A box as the report writes it.
+pub fn bounds(b: &Aabb) -> [[f64; 3]; 2] {
+    [b.min.into(), b.max.into()]
+}
+
+/// Wall-clock seconds of the stages of a run, in the order in which they ran.
+#[derive(Clone, Debug)]
+pub struct Seconds {
+    start: Instant,
+    stages: Vec<(String, f64)>,
+}
+
+impl Default for Seconds {
+    fn default() -> Self {
+        Self { start: Instant::now(), stages: Vec::new() }
+    }
+}
+
+impl Seconds {
+    /// Runs a stage and adds its time; a stage that runs again adds to its first entry.
+    pub fn measure<T>(&mut self, stage: &str, run: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = run();
+        let seconds = start.elapsed().as_secs_f64();
+        match self.stages.iter_mut().find(|(name, _)| name == stage) {
+            Some((_, sum)) => *sum += seconds,
+            None => self.stages.push((stage.to_string(), seconds)),
+        }
+        result
+    }
+
+    /// Seconds since this was made.
+    pub fn total(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Names and seconds of the stages.
+    pub fn stages(&self) -> &[(String, f64)] {
+        &self.stages
+    }
+}
+
+impl Serialize for Seconds {
+    /// `{ total, and one entry per stage }`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.stages.len() + 1))?;
+        map.serialize_entry("total", &self.total())?;
+        for (stage, seconds) in &self.stages {
+            map.serialize_entry(stage, seconds)?;
+        }
+        map.end()
+    }
+}
+
+/// Largest resident memory of this process so far, in bytes, as the Linux kernel counts it; none elsewhere.
+pub fn peak_memory_bytes() -> Option<u64> {
+    peak_of_status(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+/// The VmHWM line of a process status, such as `VmHWM:    1234 kB`.
+fn peak_of_status(status: &str) -> Option<u64> {
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report() -> Report {
+        let mut seconds = Seconds::default();
+        seconds.measure("base", || ());
+        seconds.measure("spline", || ());
+        seconds.measure("base", || ());
+        Report {
+            schema: SCHEMA,
+            input: "x^2+y^2+z^2-1".into(),
+            method: Some("spline".into()),
+            version: "0.1.0".into(),
+            threads: 1,
+            unit: "mm".into(),
+            negated: false,
+            diagonal: 2.0,
+            bounds: bounds(&Aabb::new([-1.0; 3].into(), [1.0; 3].into())),
+            base: BaseReport {
+                vertices: 12,
+                edges: 30,
+                faces: 20,
+                components: 1,
+                euler: 2,
+                genus: 0,
+                boundary_loops: 0,
+                singular_points: 0,
+                singular_curves: 0,
+            },
+            surface: SurfaceReport {
+                patches: 20,
+                kind: "bezier-triangle-7".into(),
+                continuity: "G1".into(),
+                closed: true,
+                max_gap: 0.0,
+                max_normal_jump_rad: 1e-15,
+                max_distance: Some(f64::INFINITY),
+                max_distance_back: None,
+                rms_distance: Some(1e-5),
+                max_normal_error_rad: None,
+                max_distance_first_order: None,
+                rms_distance_first_order: None,
+                max_vertex_error: 0.0,
+                max_vertex_normal_error_rad: 0.0,
+                max_vertex_curvature_error: 0.0,
+                area: 12.5,
+                volume: Some(4.2),
+                certified: Certified::default(),
+            },
+            spline: Some(SplineReport::default()),
+            repairs: vec![Repair { what: "flip".into(), place: "edge 7".into(), why: "sliver".into() }],
+            seconds,
+            peak_memory_bytes: None,
+        }
+    }
+
+    /// The words of the schema, in its order; a reader of version 1 relies on every one of them.
+    #[test]
+    fn json_has_the_fields_of_the_schema_in_order() {
+        let text = report().to_json().unwrap();
+        let fields = "schema input method version threads unit negated diagonal bounds \
+            base vertices edges faces components euler genus boundary_loops singular_points singular_curves \
+            surface patches kind continuity closed max_gap max_normal_jump_rad max_distance max_distance_back \
+            rms_distance max_normal_error_rad certified distance topology \
+            spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
+            repairs what where why seconds total base spline peak_memory_bytes";
+        let mut rest = text.as_str();
+        for field in fields.split_whitespace() {
+            let at = rest.find(&format!("\"{field}\":")).unwrap_or_else(|| panic!("{field} in {text}"));
+            rest = &rest[at + field.len()..];
+        }
+        let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(json["schema"], 1);
+        assert_eq!(json["certified"], serde_json::Value::Null);
+        assert_eq!(json["surface"]["certified"], serde_json::json!({"distance": null, "topology": false}));
+        assert_eq!(json["surface"]["max_distance"], serde_json::Value::Null);
+        assert_eq!(json["seconds"].as_object().unwrap().len(), 3);
+    }
+
+    #[test]
+    fn peak_memory_is_read_from_the_status_line() {
+        assert_eq!(
+            peak_of_status("VmPeak:\t  9 kB\nVmHWM:\t    1234 kB\nVmRSS:\t 7 kB\n"),
+            Some(1234 * 1024)
+        );
+        assert_eq!(peak_of_status("nothing here"), None);
+        if cfg!(target_os = "linux") {
+            assert!(peak_memory_bytes().unwrap() > 100_000);
+        }
+    }
+}

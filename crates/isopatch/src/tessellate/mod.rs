@@ -1,0 +1,12 @@
+//! A surface as a triangle mesh with true normals.
+//!
+//! [`SharedLattice`] numbers the lattice points of all patches so that patches share those on their common
+//! corners and seams; a tessellation is that lattice evaluated, so it has no cracks by construction.
+
+mod basis_table;
+mod shared_lattice;
+mod triangles;
+
+pub use basis_table::BasisTable;
+pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
+pub use triangles::{TessellateError, TessellateOptions, Tessellation, tessellate};

@@ -1,0 +1,182 @@
+use crate::bernstein::index;
+use crate::surface::{PatchId, Surface};
+use rayon::prelude::*;
+
+/// The seam that an edge of a patch lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EdgeUse {
+    /// Number of the seam in [`Surface::seams`].
+    pub seam: u32,
+    /// Does the patch's edge run against the seam?
+    pub reversed: bool,
+}
+
+/// Why the patches of a surface do not say what they share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SharingError {
+    /// An edge of a patch is on no seam, or on more than one.
+    #[error("edge {edge} of patch {patch} is not on exactly one seam")]
+    Seam {
+        /// The patch.
+        patch: u32,
+        /// Its edge.
+        edge: u8,
+    },
+    /// No patch has a corner with this number, though there are larger ones.
+    #[error("no patch has the corner {vertex}")]
+    UnusedCorner {
+        /// The corner's number.
+        vertex: u32,
+    },
+    /// More points than 32-bit numbers can tell apart.
+    #[error("{points} points are too many to number")]
+    TooManyPoints {
+        /// How many.
+        points: u128,
+    },
+}
+
+/// One numbering of the lattice points (i, j, k), i + j + k = n, of all patches.
+///
+/// First the corners, by their own numbers; then n − 1 points a seam, in its direction; then the interior points
+/// of each patch in net order. Points that patches share have one number.
+#[derive(Clone, Debug)]
+pub struct SharedLattice {
+    n: usize,
+    corners: Vec<[u32; 3]>,
+    edges: Vec<[EdgeUse; 3]>,
+    /// A patch and one of its corners, per corner number.
+    corner_owner: Vec<(PatchId, u8)>,
+    /// The patch and edge that give each seam its points.
+    seam_owner: Vec<(PatchId, EdgeUse, u8)>,
+}
+
+const NO_SEAM: u32 = u32::MAX;
+
+impl SharedLattice {
+    /// Numbers the lattices of `n` ≥ 1 intervals an edge.
+    pub fn new(surface: &dyn Surface, n: usize) -> Result<Self, SharingError> {
+        let corners: Vec<[u32; 3]> = surface.patches().map(|p| surface.corners(p)).collect();
+        let edges = edge_uses(surface)?;
+        let corner_owner = corner_owners(&corners)?;
+        let seam_owner = surface.seams().iter().map(|s| {
+            let side = s.first;
+            (side.patch, edges[side.patch.index()][side.edge as usize], side.edge)
+        });
+        let lattice = Self { n, seam_owner: seam_owner.collect(), corners, edges, corner_owner };
+        let points = lattice.corner_owner.len() as u128
+            + lattice.seam_owner.len() as u128 * (n as u128 - 1)
+            + lattice.corners.len() as u128 * ((n as u128 - 1) * (n as u128).saturating_sub(2) / 2);
+        match u32::try_from(points) {
+            Ok(_) => Ok(lattice),
+            Err(_) => Err(SharingError::TooManyPoints { points }),
+        }
+    }
+
+    /// Number of corners.
+    pub fn corner_count(&self) -> usize {
+        self.corner_owner.len()
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.interior_start() + self.corners.len() * self.interior_count()
+    }
+
+    /// The seams under the three edges of a patch.
+    pub fn edges(&self, patch: PatchId) -> [EdgeUse; 3] {
+        self.edges[patch.index()]
+    }
+
+    /// The numbers of the three corners of a patch.
+    pub fn corners(&self, patch: PatchId) -> [u32; 3] {
+        self.corners[patch.index()]
+    }
+
+    /// Number of the point (i, j, k) of a patch.
+    pub fn number(&self, patch: PatchId, ijk: [usize; 3]) -> u32 {
+        if let Some(c) = ijk.iter().position(|i| *i == self.n) {
+            return self.corners[patch.index()][c];
+        }
+        match ijk.iter().position(|i| *i == 0) {
+            // Edge e runs from corner e to e + 1; the coordinate that vanishes on it is e + 2.
+            Some(zero) => {
+                let edge = (zero + 1) % 3;
+                let along = ijk[(edge + 1) % 3];
+                let EdgeUse { seam, reversed } = self.edges[patch.index()][edge];
+                let m = if reversed { self.n - along } else { along };
+                (self.corner_count() + seam as usize * (self.n - 1) + m - 1) as u32
+            }
+            None => {
+                // The interior is a net of degree n − 3.
+                let inner = index::position(ijk.map(|i| i - 1));
+                (self.interior_start() + patch.index() * self.interior_count() + inner) as u32
+            }
+        }
+    }
+
+    /// One value for each point in the order of the numbers, computed in parallel: `value(patch, position)` is
+    /// asked once a point, with one patch that has it and the position in that patch's net order.
+    pub fn gather<T: Send>(&self, value: impl Fn(PatchId, usize) -> T + Sync) -> Vec<T> {
+        let n = self.n;
+        let corner = |&(patch, c): &(PatchId, u8)| value(patch, index::row(n, c as usize, 0, 0));
+        let mut values: Vec<T> = self.corner_owner.par_iter().map(corner).collect();
+        values.par_extend(self.seam_owner.par_iter().flat_map_iter(|&(patch, side, edge)| {
+            let value = &value;
+            (1..n).map(move |m| {
+                let along = if side.reversed { n - m } else { m };
+                value(patch, index::row(n, edge as usize, 0, along))
+            })
+        }));
+        let inside: Vec<usize> =
+            index::indices(n).filter(|ijk| !index::is_boundary(*ijk)).map(index::position).collect();
+        values.par_extend((0..self.corners.len() as u32).into_par_iter().flat_map_iter(|p| {
+            let value = &value;
+            inside.iter().map(move |position| value(PatchId(p), *position))
+        }));
+        values
+    }
+
+    fn interior_count(&self) -> usize {
+        if self.n < 3 { 0 } else { index::count(self.n - 3) }
+    }
+
+    fn interior_start(&self) -> usize {
+        self.corner_count() + self.seam_owner.len() * (self.n - 1)
+    }
+}
+
+fn edge_uses(surface: &dyn Surface) -> Result<Vec<[EdgeUse; 3]>, SharingError> {
+    let none = EdgeUse { seam: NO_SEAM, reversed: false };
+    let mut edges = vec![[none; 3]; surface.patch_count()];
+    for (s, seam) in surface.seams().iter().enumerate() {
+        for side in std::iter::once(seam.first).chain(seam.second) {
+            let fault = SharingError::Seam { patch: side.patch.0, edge: side.edge };
+            let slot = edges.get_mut(side.patch.index()).and_then(|e| e.get_mut(side.edge as usize));
+            match slot {
+                Some(slot) if slot.seam == NO_SEAM => {
+                    *slot = EdgeUse { seam: s as u32, reversed: side.reversed };
+                }
+                _ => return Err(fault),
+            }
+        }
+    }
+    for (patch, uses) in edges.iter().enumerate() {
+        if let Some(edge) = uses.iter().position(|u| u.seam == NO_SEAM) {
+            return Err(SharingError::Seam { patch: patch as u32, edge: edge as u8 });
+        }
+    }
+    Ok(edges)
+}
+
+fn corner_owners(corners: &[[u32; 3]]) -> Result<Vec<(PatchId, u8)>, SharingError> {
+    let count = corners.iter().flatten().max().map_or(0, |m| *m as usize + 1);
+    let mut owners = vec![None; count];
+    for (p, three) in corners.iter().enumerate() {
+        for (c, v) in three.iter().enumerate() {
+            owners[*v as usize].get_or_insert((PatchId(p as u32), c as u8));
+        }
+    }
+    let owner = |(v, o): (usize, Option<_>)| o.ok_or(SharingError::UnusedCorner { vertex: v as u32 });
+    owners.into_iter().enumerate().map(owner).collect()
+}
