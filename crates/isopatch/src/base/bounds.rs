@@ -7,21 +7,20 @@ use super::polygonize::{Grid, boundary_sign, sample};
 use crate::field::Field;
 use crate::geom::{Aabb, Point3, Vec3};
 
-/// Half the edge length of the cube in which [`find_box`] looks: 2³⁰, a thousand kilometres in millimetres.
-pub const SEARCH_RADIUS: f64 = (1u64 << 30) as f64;
+/// Half the edge length of the cube in which [`find_box`] looks: 2²⁴, seventeen kilometres in millimetres.
+///
+/// Farther out, interval bounds get slow to settle the sign of formulas in which a high power of one coordinate competes
+/// with a product of others.
+pub const SEARCH_RADIUS: f64 = (1u64 << 24) as f64;
 
-/// Levels after which a surface that still reaches the sides of the search cube counts as unbounded. Interval bounds of
-/// a polynomial settle its sign far away once cells are small beside their distance: here by a factor of 64.
-const UNBOUNDED_LEVEL: usize = 7;
-
-/// Levels of the search: enough for a surface 2⁻³⁰ wide in a cube of 2³¹.
+/// Levels of the search: enough for a surface 2⁻⁴⁰ wide in a cube of 2²⁵.
 const MAX_LEVEL: usize = 70;
 
 /// The search stops when the surface is this many cells wide: its box is then known to some percent.
 const CELLS_ACROSS: f64 = 32.0;
 
 /// Largest number of cells of one level of [`find_box`].
-const SEARCH_BUDGET: usize = 400_000;
+const SEARCH_BUDGET: usize = 600_000;
 
 /// Largest number of cells of one level of [`tighten`]: a millisecond or so.
 const TIGHTEN_BUDGET: usize = 16_000;
@@ -55,10 +54,11 @@ pub fn check_box(bounds: &Aabb) -> Result<(), BaseError> {
 pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
     let r = Vec3::repeat(SEARCH_RADIUS);
     let cube = Aabb::new(-r, r);
-    let found = subdivide(field, &cube, SEARCH_BUDGET, |level, rest| {
-        level < UNBOUNDED_LEVEL || (0..3).all(|a| rest.min[a] > cube.min[a] && rest.max[a] < cube.max[a])
-    })?;
-    let rest = found.ok_or(BaseError::Unbounded)?;
+    let inside = |rest: &Aabb| (0..3).all(|a| rest.min[a] > cube.min[a] && rest.max[a] < cube.max[a]);
+    let rest = subdivide(field, &cube, SEARCH_BUDGET, inside)?;
+    if !inside(&rest) {
+        return Err(BaseError::Unbounded);
+    }
     let rest = rest.grown(MARGIN * rest.size().max());
     check_box(&rest)?;
     Ok(rest)
@@ -69,23 +69,23 @@ pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
 /// Fails with [`BaseError::NoSurface`] if there is none.
 pub fn tighten(field: &dyn Field, bounds: &Aabb) -> Result<Aabb, BaseError> {
     check_box(bounds)?;
-    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, |_, _| true)?.unwrap_or(*bounds);
+    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, |_| true)?;
     let rest = rest.grown(MARGIN * rest.size().max());
     Ok(Aabb::new(rest.min.sup(&bounds.min), rest.max.inf(&bounds.max)))
 }
 
-/// Bounding box of the cells that may hold zeros of f, breadth first, until it is [`CELLS_ACROSS`] cells wide, or there
-/// are more than `budget` cells; none as soon as `go_on(level, box)` says no.
+/// Bounding box of the cells that may hold zeros of f, breadth first, until it is [`CELLS_ACROSS`] cells wide and passes
+/// `may_stop`, or until there are more than `budget` cells: then it is still an enclosure, if only a wide one.
 fn subdivide(
     field: &dyn Field,
     root: &Aabb,
     budget: usize,
-    go_on: impl Fn(usize, &Aabb) -> bool,
-) -> Result<Option<Aabb>, BaseError> {
+    may_stop: impl Fn(&Aabb) -> bool,
+) -> Result<Aabb, BaseError> {
     let mut cells = vec![*root];
     let mut size = root.size();
     let mut rest = *root;
-    for level in 1..=MAX_LEVEL {
+    for _ in 0..MAX_LEVEL {
         size *= 0.5;
         cells = cells
             .par_iter()
@@ -96,18 +96,12 @@ fn subdivide(
             return Err(BaseError::NoSurface { negative, proven: true });
         }
         rest = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
-        if !go_on(level, &rest) {
-            return Ok(None);
-        }
-        if size.max() * CELLS_ACROSS <= rest.size().max() {
+        let fine = size.max() * CELLS_ACROSS <= rest.size().max();
+        if cells.len() > budget || (fine && may_stop(&rest)) {
             break;
         }
-        if cells.len() > budget {
-            // What is left is still an enclosure, if only a wide one.
-            return Ok(go_on(usize::MAX, &rest).then_some(rest));
-        }
     }
-    Ok(Some(rest))
+    Ok(rest)
 }
 
 fn octants(cell: &Aabb) -> [Aabb; 8] {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::base_mesh::BaseMesh;
-use super::bounds::{check_box, side_beyond, tighten};
+use super::bounds::{side_beyond, tighten};
 use super::connectivity::Connectivity;
 use super::decimate::decimate;
 use super::error::BaseError;
@@ -119,12 +119,72 @@ pub fn build(field: &dyn Field, bounds: &Aabb, options: &BaseOptions) -> Result<
             why: "a closed triangle mesh has an even number of faces".into(),
         });
     }
-    let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
-    let shaped = remesh(field, &coarse, faces, seed.diagonal, &options.remesh)?;
-    let base = finish(field, shaped, &options.remesh.projection)?;
+    let base = match shaped(field, &seed, faces, options) {
+        Ok(base) => base,
+        Err(error) => {
+            let (least, base) = least_that_works(field, &seed, faces, options).ok_or(error)?;
+            if let Some(asked) = options.faces {
+                return Err(BaseError::TooFewFaces { asked, least });
+            }
+            base
+        }
+    };
     let violations = validity(&base, &options.limits);
-    require_convex_corners(&violations)?;
     Ok(BaseOutcome { base, repairs, violations })
+}
+
+/// The stages after the seed mesh, for one number of faces.
+fn shaped(
+    field: &dyn Field,
+    seed: &Seed,
+    faces: usize,
+    options: &BaseOptions,
+) -> Result<BaseMesh, BaseError> {
+    let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
+    let fine = remesh(field, &coarse, faces, seed.diagonal, &options.remesh)?;
+    let base = finish(field, fine, &options.remesh.projection)?;
+    require_convex_corners(&validity(&base, &options.limits))?;
+    Ok(base)
+}
+
+/// The smallest count found above `faces` for which there is a mesh: by growing steps, then by bisection.
+///
+/// Counts do not fail or work monotonically, so this is the least that was seen to work, not a proven minimum.
+fn least_that_works(
+    field: &dyn Field,
+    seed: &Seed,
+    faces: usize,
+    options: &BaseOptions,
+) -> Option<(usize, BaseMesh)> {
+    const GROWTH: f64 = 1.3;
+    const BISECTIONS: usize = 3;
+    let even = |f: usize| f + f % 2;
+    let mut too_few = faces;
+    let mut found = None;
+    while found.is_none() {
+        let count = even((too_few as f64 * GROWTH) as usize + 2);
+        if count > seed.mesh.faces.len() {
+            return None;
+        }
+        match shaped(field, seed, count, options) {
+            Ok(base) => found = Some((count, base)),
+            // Decimation names a lower bound by itself.
+            Err(BaseError::TooFewFaces { least, .. }) => too_few = count.max(least.saturating_sub(2)),
+            Err(_) => too_few = count,
+        }
+    }
+    for _ in 0..BISECTIONS {
+        let enough = found.as_ref().map_or(0, |f| f.0);
+        let middle = even((too_few + enough) / 2);
+        if middle >= enough || middle <= too_few {
+            break;
+        }
+        match shaped(field, seed, middle, options) {
+            Ok(base) => found = Some((middle, base)),
+            Err(_) => too_few = middle,
+        }
+    }
+    found
 }
 
 impl Seed {
@@ -198,7 +258,7 @@ pub fn seed_mesh(
 }
 
 /// One vertex in so many may have a larger curvature than the grid resolves.
-const UNRESOLVED_SHARE: usize = 1000;
+const UNRESOLVED_SHARE: usize = 100;
 
 fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step: f64) -> Seed {
     let (normals, curvatures) = mesh

@@ -8,7 +8,7 @@ use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
-use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors};
+use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors, stretch};
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 
@@ -75,6 +75,8 @@ pub(super) struct Remesher<'a> {
     pub tensor: Vec<Mat3>,
     /// Wanted edge length at each vertex.
     pub size: Vec<f64>,
+    /// Metric of relative lengths at each vertex.
+    pub metric: Vec<Mat3>,
 }
 
 /// Remeshes a closed mesh near the surface to exactly `faces` (even) faces with all vertices on the surface.
@@ -100,6 +102,7 @@ pub fn remesh(
         curvature: Vec::new(),
         tensor: Vec::new(),
         size: Vec::new(),
+        metric: Vec::new(),
     };
     work.put_on_surface(&mesh.positions.clone());
     // Predicted and real counts differ by some percent, in a way that hardly changes from round to round.
@@ -148,6 +151,7 @@ impl Remesher<'_> {
     pub fn update_sizes(&mut self, faces: usize) {
         let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
         self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, faces, &self.options.sizing);
+        self.metric = self.tensor.iter().zip(&self.normal).map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
     }
 
     /// Renumbers vertices after removals.
@@ -159,6 +163,7 @@ impl Remesher<'_> {
         self.curvature = kept.iter().map(|i| self.curvature[pick(i)]).collect();
         self.tensor = kept.iter().map(|i| self.tensor[pick(i)]).collect();
         self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
+        self.metric = kept.iter().map(|i| self.metric[pick(i)]).collect();
     }
 
     fn point(&self, v: u32) -> Point3 {
@@ -168,7 +173,9 @@ impl Remesher<'_> {
     /// Length of an edge beside the shorter wanted length of its ends.
     fn relative_length(&self, h: u32) -> f64 {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
-        (self.point(a) - self.point(b)).norm() / self.size[a as usize].min(self.size[b as usize])
+        let d = self.point(a) - self.point(b);
+        let g = 0.5 * (self.metric[a as usize] + self.metric[b as usize]);
+        d.dot(&(g * d)).sqrt() / self.size[a as usize].min(self.size[b as usize])
     }
 
     /// Edges whose relative length passes the test, with that length; in a fixed order, shortest first.
@@ -198,6 +205,7 @@ impl Remesher<'_> {
         self.curvature.push(0.5 * (self.curvature[a] + self.curvature[b]));
         self.tensor.push(0.5 * (self.tensor[a] + self.tensor[b]));
         self.size.push(0.5 * (self.size[a] + self.size[b]));
+        self.metric.push(0.5 * (self.metric[a] + self.metric[b]));
     }
 
     fn collapse_short(&mut self) {
@@ -215,9 +223,11 @@ impl Remesher<'_> {
         let middle = 0.5 * (self.x[i] + self.x[j]);
         let n = unit_or_zero(&(self.normal[i] + self.normal[j]));
         let size = self.size[i].min(self.size[j]);
+        let metric = 0.5 * (self.metric[i] + self.metric[j]);
         let fits = |e: u32| {
             let [_, v, w] = self.mesh.corners(e);
-            if (self.point(v) - middle).norm() > longest * size && v != a && v != b {
+            let d = self.point(v) - middle;
+            if d.dot(&(metric * d)).sqrt() > longest * size && v != a && v != b {
                 return false;
             }
             v == a || v == b || w == a || w == b || self.is_good_face(middle, &n, v, w)
@@ -230,6 +240,7 @@ impl Remesher<'_> {
         self.normal[i] = n;
         self.curvature[i] = self.curvature[i].max(self.curvature[j]);
         self.size[i] = 0.5 * (self.size[i] + self.size[j]);
+        self.metric[i] = metric;
         true
     }
 

@@ -111,6 +111,9 @@ impl Sub for Range {
 impl Mul for Range {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
+        if [self.0, self.1, o.0, o.1].iter().any(|c| c.is_nan()) {
+            return Self(f64::NEG_INFINITY, f64::INFINITY);
+        }
         let p = [self.0 * o.0, self.0 * o.1, self.1 * o.0, self.1 * o.1];
         Self::outward(p.into_iter().fold(f64::INFINITY, f64::min), p.into_iter().fold(-f64::INFINITY, f64::max))
     }
@@ -217,11 +220,11 @@ formula!(TouchingSpheres, |x, y, z| {
     let r = sq(x) + sq(y);
     (r + sq(z) - c(1.0)) * (r + sq(z - c(2.0)) - c(1.0))
 });
-formula!(Teardrop, |x, y, z| sq(x) + sq(y) - sq(z) * (c::<T>(1.0) - z));
+formula!(Lemniscate, |x, y, z| sq(x) + sq(y) - sq(z) * (c::<T>(1.0) - sq(z)));
 formula!(Plane, |x, y, z| x + c::<T>(0.5) * y - c::<T>(0.25) * z);
 formula!(Cylinder, |x, y, z| sq(x) + sq(y) - c(1.0) + c::<T>(0.0) * z);
 formula!(NoZero, |x, y, z| sq(x) + sq(y) + sq(z) + c(1.0));
-formula!(Constant, |x, y, z| c::<T>(0.0) * (x + y + z) + c(3.0));
+formula!(Constant, |x, y, z| c::<T>(0.0) * (x + y + z));
 formula!(Nan, |x, y, z| c::<T>(f64::NAN) * (x + y + z));
 
 /// Sphere of any radius around any centre, with the sign that is asked for.

@@ -1,7 +1,7 @@
 //! What a base mesh must fulfil for a good spline surface over it.
 
 use super::base_mesh::BaseMesh;
-use super::shape::{area_vector, largest_angle_cosine, largest_curvature, tangent_corner};
+use super::shape::{area_vector, largest_angle_cosine, tangent_corner};
 use crate::geom::{Point3, angle_between};
 use crate::mesh::{FaceId, HalfEdgeId};
 
@@ -14,7 +14,7 @@ pub struct ValidityLimits {
     pub largest_corner: f64,
     /// Largest angle between a face's normal and the surface normals at its corners, in degrees. Default 45.
     pub facet_deviation: f64,
-    /// Largest product of curvature and edge length at a vertex. Default 1.5.
+    /// Largest turn of the normal along an edge, |M (q − p)|: edge length times curvature in its direction. Default 1.5.
     pub curvature_length: f64,
     /// Smallest number of edges at a vertex. Default 3.
     pub valence: usize,
@@ -39,7 +39,7 @@ pub enum Limit {
     Corner,
     /// Angle between face normal and vertex normal, in degrees.
     FacetDeviation,
-    /// |k|max · longest edge of a face.
+    /// Curvature at a vertex in the direction of an edge, times its length.
     CurvatureLength,
     /// Number of edges at a vertex.
     Valence,
@@ -72,12 +72,11 @@ fn corner_measures(base: &BaseMesh, h: HalfEdgeId) -> CornerMeasures {
     let v = mesh.origin(h);
     let [p, q, r] = [h, mesh.next(h), mesh.prev(h)].map(|e| base.positions[mesh.origin(e).index()]);
     let n = &base.normals[v.index()];
-    let longest = (q - p).norm().max((r - q).norm()).max((p - r).norm());
     CornerMeasures {
         at: p,
         corner: tangent_corner(&p, &q, &r, n).to_degrees(),
         deviation: angle_between(&area_vector([p, q, r]), n).to_degrees(),
-        curvature_length: largest_curvature(&base.curvatures[v.index()]) * longest,
+        curvature_length: (base.curvatures[v.index()] * (q - p)).norm(),
         valence: mesh.valence(v),
     }
 }
@@ -112,7 +111,7 @@ pub struct Quality {
     pub corners: [f64; 2],
     /// Largest facet deviation, in degrees.
     pub facet_deviation: f64,
-    /// Largest |k|max · edge length.
+    /// Largest curvature in the direction of an edge, times its length.
     pub curvature_length: f64,
     /// Smallest and largest valence.
     pub valences: [usize; 2],
