@@ -1,4 +1,43 @@
 //! Smooth surfaces made of few patches, from a formula or a polygon mesh.
+//!
+//! A formula f(x, y, z) = 0 goes in; a closed surface of degree-7 Bézier triangles comes out that is tangent-plane
+//! continuous (G1), interpolates positions, normals and normal curvatures at the vertices of a coarse mesh, and can be
+//! written exactly as a STEP solid. The method is that of Tong & Kim (2009); PAPERS.md says where each of its formulas
+//! is, and which are misprinted.
+//!
+//! # The way through
+//!
+//! ```text
+//! formula ─► field ─► base ─► network ─► spline ─┬─► inspect ─► report
+//!                    BaseMesh  curves    Surface └─► tessellate ─► io ─► files
+//! ```
+//!
+//! Each stage is a free function: immutable values and an options struct in, a new value or a typed error out.
+//!
+//! 1. **A field.** [`field::Field`] is a scalar function with gradient, Hessian and interval bounds. Its zero set is the
+//!    surface, f < 0 is inside, and ∇f points out.
+//! 2. **A base mesh.** [`base::build`] looks for the surface in a box, polygonises it, thins the mesh out to the wanted
+//!    number of faces, makes the triangles well shaped and puts the vertices on the surface. The result is a
+//!    [`base::BaseMesh`]: connectivity ([`mesh::HalfEdgeMesh`]), positions, normals, curvature tensors. All methods start
+//!    from it. [`base::validity`] says whether a mesh from elsewhere is fit for that.
+//! 3. **Boundary curves.** [`network::fit_quartics`] puts one quartic curve over each edge, with the tangent and the
+//!    normal curvature of the surface at both ends.
+//! 4. **Patches.** [`spline::build`] fills each face from its three curves, fits the interior to the surface, and then
+//!    moves as little as it can for neighbours to be G1: at each vertex ([`spline::vertex`]), then along each edge
+//!    ([`spline::edge`]). What it fits to is a [`surface::Target`].
+//! 5. **A surface.** The result is a [`spline::TriangularSpline`], which implements [`surface::Surface`]: patches to
+//!    sample and the seams between them. Everything after this point works for any surface.
+//! 6. **What it is worth.** [`inspect`] measures gaps, normal jumps, distances both ways and topology on samples that
+//!    nothing before has used; [`report`] puts the figures into one JSON object.
+//! 7. **Files.** [`io`] writes the patches exactly (STEP, VTK), or the triangles of [`tessellate`] (meshes).
+//!
+//! Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`] (quadrature) and [`bernstein`], which owns
+//! the order of control points and draws it.
+//!
+//! # Conventions
+//!
+//! Everything is `f64` in model units. Tolerances are options, with lengths relative to the diagonal of the bounding box
+//! of the base mesh's vertices. Nothing depends on the number of threads, and no input makes a function panic.
 
 pub mod base;
 pub mod bernstein;
@@ -10,6 +49,7 @@ pub mod io;
 pub mod mesh;
 pub mod network;
 pub mod numeric;
+pub mod recipes;
 pub mod report;
 pub mod spline;
 pub mod surface;

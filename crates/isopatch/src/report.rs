@@ -5,6 +5,7 @@
 
 use crate::geom::Aabb;
 use crate::inspect::Inspection;
+use crate::surface::Continuity;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::time::Instant;
 
@@ -30,7 +31,7 @@ pub struct Report {
     pub negated: bool,
     /// Diagonal of the bounding box of the base mesh's vertices, in model units; lengths below are relative to it.
     pub diagonal: f64,
-    /// Box around the patches, smallest and largest coordinates, in model units.
+    /// That box: smallest and largest coordinates, in model units.
     pub bounds: [[f64; 3]; 2],
     /// The base mesh.
     pub base: BaseReport,
@@ -165,15 +166,15 @@ impl BaseReport {
 }
 
 impl SurfaceReport {
-    /// The figures of an inspection; nothing certified.
-    pub fn new(inspection: &Inspection, kind: &str, continuity: &str) -> Self {
+    /// The figures of an inspection; nothing certified. `continuity` is the weakest that a seam claims.
+    pub fn new(inspection: &Inspection, kind: &str, continuity: Continuity) -> Self {
         let deviation = inspection.deviation.as_ref();
         let at_vertices = inspection.interpolation;
         let closed = inspection.topology.boundary_loops == 0;
         Self {
             patches: inspection.patches,
             kind: kind.to_string(),
-            continuity: continuity.to_string(),
+            continuity: format!("{continuity:?}"),
             closed,
             max_gap: inspection.seams.max_gap,
             max_normal_jump_rad: inspection.seams.max_normal_jump,
@@ -200,8 +201,8 @@ impl Report {
     }
 }
 
-/// A box as the report writes it.
-pub fn bounds(b: &Aabb) -> [[f64; 3]; 2] {
+/// Smallest and largest coordinates of a box, as the report writes them.
+pub fn corners(b: &Aabb) -> [[f64; 3]; 2] {
     [b.min.into(), b.max.into()]
 }
 
@@ -268,6 +269,12 @@ fn peak_of_status(status: &str) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(
+        clippy::unwrap_used,
+        clippy::panic,
+        reason = "a test that fails by a panic is a test that fails"
+    )]
+
     use super::*;
 
     fn report() -> Report {
@@ -284,7 +291,7 @@ mod tests {
             unit: "mm".into(),
             negated: false,
             diagonal: 2.0,
-            bounds: bounds(&Aabb::new([-1.0; 3].into(), [1.0; 3].into())),
+            bounds: corners(&Aabb::new([-1.0; 3].into(), [1.0; 3].into())),
             base: BaseReport {
                 vertices: 12,
                 edges: 30,

@@ -25,6 +25,7 @@ mod remesh;
 mod shape;
 mod singular;
 mod sizing;
+mod target;
 mod validity;
 
 #[cfg(test)]
@@ -43,4 +44,5 @@ pub use remesh::{RemeshOptions, remesh};
 pub use shape::largest_curvature;
 pub use singular::find_singular;
 pub use sizing::SizingOptions;
+pub use target::FieldTarget;
 pub use validity::{Limit, Quality, ValidityLimits, Violation, quality, validity};

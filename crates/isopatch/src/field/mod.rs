@@ -1,5 +1,31 @@
 //! Scalar functions of space: what an implicit surface is the zero set of.
 
+mod constants;
+mod diagnose;
+mod error;
+mod exact;
+mod expression;
+mod formula;
+mod graph;
+mod lower;
+mod number;
+mod parse;
+mod polynomial;
+mod tape;
+mod token;
+
+#[cfg(test)]
+pub(crate) mod conformance;
+#[cfg(test)]
+mod tests;
+
+pub use constants::{ConstantError, Constants};
+pub use diagnose::{DomainError, DomainErrorKind, Kink};
+pub use error::{FormulaError, FormulaErrorKind};
+pub use formula::Formula;
+pub use polynomial::{Exponents, Polynomial};
+pub use token::Span;
+
 use crate::geom::{Aabb, Interval, Jet, Point3, PointsMut, PointsView, Vec3};
 
 /// A scalar function f(x, y, z); its surface is f = 0, inside is f < 0, and ∇f points out.

@@ -34,7 +34,7 @@ pub struct Coverage {
 
 /// Finds about `samples` points of the zero set in `region` and their closest points on the surface, of area `area`.
 ///
-/// None if no point was found. Without a region, the box of the surface is searched, somewhat larger if it is
+/// None if no point was found, or the area is not a positive number. Without a region, the box of the surface is searched, somewhat larger if it is
 /// closed: parts of the zero set that lie outside it are not seen.
 pub fn coverage(
     surface: &dyn Surface,

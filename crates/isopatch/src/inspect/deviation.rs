@@ -1,6 +1,7 @@
 //! From the surface to the zero set of the field: distances and normal errors of fresh samples.
 
 use super::foot;
+use super::or_infinite;
 use super::samples::{PatchSamples, SampleSet};
 use super::seams::normal_jump;
 use crate::bernstein::triangle;
@@ -124,13 +125,13 @@ fn measure(
             PatchDeviation { max_distance: 0.0, max_first_order: 0.0, max_normal_error: 0.0, folded: false };
         for i in range {
             let (normal, g) = (samples.du.get(i).cross(&samples.dv.get(i)), gradient.get(i));
-            let first_order = finite_or_infinite(f[i].abs() / g.norm()) / diagonal;
+            let first_order = or_infinite(f[i].abs() / g.norm()) / diagonal;
             let distance = distances[i] / diagonal;
             patch.max_distance = patch.max_distance.max(distance);
             patch.max_first_order = patch.max_first_order.max(first_order);
             patch.max_normal_error = patch.max_normal_error.max(normal_jump(&normal, &g));
-            // Written so that a NaN counts as a fold.
-            patch.folded |= !(normal.dot(&g) > 0.0);
+            let cosine = normal.dot(&g);
+            patch.folded |= cosine <= 0.0 || cosine.is_nan();
             let area = normal.norm();
             squares.area += area;
             squares.distance += area * distance * distance;
@@ -140,9 +141,4 @@ fn measure(
     };
     let patches = (0..n / count).map(|i| i * count..(i + 1) * count).map(patch).collect();
     (patches, squares)
-}
-
-/// A NaN, which comes from a point outside the field's domain, as an infinite distance.
-fn finite_or_infinite(x: f64) -> f64 {
-    if x.is_nan() { f64::INFINITY } else { x }
 }

@@ -4,7 +4,7 @@ use crate::field::Field;
 use crate::geom::{Mat3, Point3, Points};
 
 /// Rounds of the batched iteration. Its error shrinks by |distance · curvature| a round, which is below 1e-2 for
-/// a surface that fits at all; the rest goes to [`closest`] one by one.
+/// a surface that fits at all; the rest goes to [`closest_zero`] one by one.
 const ROUNDS: usize = 4;
 /// A foot is accepted when the last step is below this part of the distance; the distance is stationary along the
 /// surface, so its own error is of the order of the square.
@@ -53,7 +53,7 @@ pub(super) fn distances(
     (0..n)
         .map(|i| {
             let p = points.get(i);
-            let foot = if settled[i] { Some(feet.get(i)) } else { closest(field, p, diagonal) };
+            let foot = if settled[i] { Some(feet.get(i)) } else { closest_zero(field, p, diagonal) };
             foot.map_or(f64::INFINITY, |q| (q - p).norm())
         })
         .collect()
@@ -70,7 +70,7 @@ fn tolerance(p: &Point3, q: &Point3, diagonal: f64) -> f64 {
 /// Lands on the zero set by damped Newton steps along the gradient, then slides along it: with tangential offset τ
 /// and normal offset d of p, the Newton step of the distance is t = (I − d M)⁻¹ τ, M the curvature tensor. A
 /// slide is taken only if it brings the foot closer, so the result is never farther than the first landing.
-pub fn closest(field: &dyn Field, p: Point3, diagonal: f64) -> Option<Point3> {
+pub fn closest_zero(field: &dyn Field, p: Point3, diagonal: f64) -> Option<Point3> {
     let mut q = land(field, p, diagonal)?;
     for _ in 0..MAX_SLIDES {
         let jet = field.jet(q);

@@ -1,5 +1,6 @@
 //! What the surface does at the vertices of its base mesh, from the control nets.
 
+use super::or_infinite;
 use super::samples::net;
 use super::seams::normal_jump;
 use crate::base::BaseMesh;
@@ -31,7 +32,7 @@ pub fn interpolation(base: &BaseMesh, surface: &dyn Surface, diagonal: f64) -> I
         for (k, v) in base.mesh.triangle(FaceId(patch.0)).into_iter().enumerate() {
             let corner = Corner::new(surface, patch, k);
             let (n, m) = (base.normals[v.index()], base.curvatures[v.index()]);
-            let position = (corner.point - base.positions[v.index()]).norm() / diagonal;
+            let position = or_infinite((corner.point - base.positions[v.index()]).norm() / diagonal);
             result.max_position_error = result.max_position_error.max(position);
             let normal = normal_jump(&corner.along.cross(&corner.back), &n);
             result.max_normal_error = result.max_normal_error.max(normal);
@@ -90,7 +91,7 @@ impl Corner {
             let t = first.normalize();
             let exact = t.dot(&(m * t));
             let k = self.second_form(second, normal, first, first);
-            (k - exact).abs() / exact.abs().max(1.0 / diagonal)
+            or_infinite((k - exact).abs() / exact.abs().max(1.0 / diagonal))
         };
         of_curve(&self.along2, &self.along).max(of_curve(&self.back2, &self.back))
     }
@@ -98,6 +99,6 @@ impl Corner {
     fn mixed_curvature_error(&self, normal: &Vec3, m: &Mat3, diagonal: f64) -> f64 {
         let (s, t) = (self.along.normalize(), self.back.normalize());
         let mixed = self.second_form(&self.mixed, normal, &self.along, &self.back);
-        (mixed - s.dot(&(m * t))).abs() / m.norm().max(1.0 / diagonal)
+        or_infinite((mixed - s.dot(&(m * t))).abs() / m.norm().max(1.0 / diagonal))
     }
 }

@@ -29,7 +29,7 @@ mod tests;
 pub use closest::{ClosestPatch, Nearest};
 pub use coverage::{Coverage, coverage};
 pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation};
-pub use foot::closest;
+pub use foot::closest_zero;
 pub use interpolation::{Interpolation, interpolation};
 pub use measure::{Extent, Topology, extent, topology};
 pub use seams::{Seams, seams};
@@ -65,6 +65,8 @@ impl Default for InspectOptions {
 pub struct Inspection {
     /// Diagonal of the bounding box of the base mesh's vertices, in model units: the unit of the lengths below.
     pub diagonal: f64,
+    /// That box.
+    pub bounds: Aabb,
     /// Number of patches.
     pub patches: usize,
     /// Connectivity of the base mesh.
@@ -93,6 +95,7 @@ pub fn inspect(
     let back = field.filter(|_| options.back_samples > 0);
     Inspection {
         diagonal,
+        bounds: base.bounds(),
         patches: surface.patch_count(),
         topology: topology(&base.mesh),
         extent,
@@ -102,4 +105,9 @@ pub fn inspect(
         coverage: back
             .and_then(|f| coverage(surface, f, diagonal, extent.area, options.back_samples, options.region)),
     }
+}
+
+/// A difference that is not a number as an infinite one, so that no maximum passes over it.
+fn or_infinite(difference: f64) -> f64 {
+    if difference.is_nan() { f64::INFINITY } else { difference }
 }

@@ -87,13 +87,12 @@ impl SampleSet {
     }
 }
 
-/// out_s = Σ_c table_cs net_c.
+/// out_s = Σ_c table_cs net_c, one coordinate after the other so that each is a plain sum of rows.
 fn combine(table: &[f64], net: &[Point3], out: PointsMut<'_>) {
-    for (row, b) in table.chunks_exact(out.x.len()).zip(net) {
-        for (s, weight) in row.iter().enumerate() {
-            out.x[s] += weight * b.x;
-            out.y[s] += weight * b.y;
-            out.z[s] += weight * b.z;
+    for (axis, out) in [out.x, out.y, out.z].into_iter().enumerate() {
+        for (row, b) in table.chunks_exact(out.len()).zip(net) {
+            let b = b[axis];
+            out.iter_mut().zip(row).for_each(|(out, weight)| *out += weight * b);
         }
     }
 }

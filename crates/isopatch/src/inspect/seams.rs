@@ -1,5 +1,6 @@
 //! How well patches meet: positions and normals along every seam, from the two control nets.
 
+use super::or_infinite;
 use super::samples::net;
 use crate::bernstein::index;
 use crate::geom::{Point3, Vec3, angle_between};
@@ -56,22 +57,21 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
 /// Largest gap (a length) and largest normal jump (an angle) of one seam.
 fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters: &[f64]) -> (f64, f64) {
     let (a, b) = (Rows::new(surface, first), Rows::new(surface, second));
-    let mut basis = [0.0; MAX_ROW];
+    let (mut of_a, mut of_b) = ([0.0; MAX_ROW], [0.0; MAX_ROW]);
     let (mut gap, mut jump) = (0.0, 0.0);
     for t in parameters {
-        gap = f64::max(gap, gap_at(&a, &b, *t, &mut basis));
-        jump = f64::max(jump, normal_jump(&a.normal(*t, &mut basis), &b.normal(*t, &mut basis)));
+        bernstein(a.degree - 1, *t, &mut of_a);
+        if a.degree == b.degree {
+            of_b = of_a;
+        } else {
+            bernstein(b.degree - 1, *t, &mut of_b);
+        }
+        // From a common point: the difference of equal points is exactly zero wherever they are.
+        let offset = a.offset(*t, &of_a, &a.edge[0]) - b.offset(*t, &of_b, &a.edge[0]);
+        gap = f64::max(gap, or_infinite(offset.norm()));
+        jump = f64::max(jump, normal_jump(&a.normal(&of_a), &b.normal(&of_b)));
     }
     (gap, jump)
-}
-
-/// |b₁(t) − b₂(t)|; from the differences of the control points where the degrees agree.
-fn gap_at(a: &Rows, b: &Rows, t: f64, basis: &mut [f64; MAX_ROW]) -> f64 {
-    if a.degree != b.degree {
-        return (a.point(t, basis) - b.point(t, basis)).norm();
-    }
-    bernstein(a.degree, t, basis);
-    (0..=a.degree).map(|m| basis[m] * (a.edge[m] - b.edge[m])).sum::<Vec3>().norm()
 }
 
 /// The angle between two normals of any length; π if one of them vanishes or is not a number.
@@ -105,14 +105,16 @@ impl Rows {
         Self { degree, reversed: side.reversed, edge: row(0), inner: row(1) }
     }
 
-    fn point(&self, t: f64, basis: &mut [f64; MAX_ROW]) -> Point3 {
-        bernstein(self.degree, t, basis);
-        (0..=self.degree).map(|m| basis[m] * self.edge[m]).sum()
+    /// Point of the boundary curve at t less `origin`; `basis` of degree n − 1, the last step of de Casteljau's
+    /// algorithm makes it n.
+    fn offset(&self, t: f64, basis: &[f64; MAX_ROW], origin: &Point3) -> Vec3 {
+        let term =
+            |m: usize| basis[m] * ((1.0 - t) * (self.edge[m] - origin) + t * (self.edge[m + 1] - origin));
+        (0..self.degree).map(term).sum()
     }
 
     /// A positive multiple of the outward normal: tangent of the edge × derivative into the patch.
-    fn normal(&self, t: f64, basis: &mut [f64; MAX_ROW]) -> Vec3 {
-        bernstein(self.degree - 1, t, basis);
+    fn normal(&self, basis: &[f64; MAX_ROW]) -> Vec3 {
         let (mut along, mut across) = (Vec3::zeros(), Vec3::zeros());
         for m in 0..self.degree {
             along += basis[m] * (self.edge[m + 1] - self.edge[m]);

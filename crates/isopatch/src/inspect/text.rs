@@ -1,4 +1,4 @@
-//! An inspection as a table for the terminal.
+//! An inspection as a table for the terminal; distances are parts of the diagonal.
 
 use super::{Inspection, NORMAL_ERROR_LIMIT};
 use std::fmt::{Display, Formatter, Result};
@@ -16,15 +16,17 @@ impl Display for Inspection {
         line(f, "topology", format!("{shell}, {components}, Euler number {}, genus {}", t.euler, t.genus))?;
         line(f, "diagonal", format!("{:.6}", self.diagonal))?;
         line(f, "area, volume", format!("{:.6}, {:.6}", self.extent.area, self.extent.volume))?;
-        line(f, "largest gap", format!("{:.1e} of the diagonal", self.seams.max_gap))?;
-        line(f, "largest normal jump", format!("{:.1e} rad", self.seams.max_normal_jump))?;
+        line(f, "largest gap", format!("{} of the diagonal", figure(self.seams.max_gap)))?;
+        line(f, "largest normal jump", format!("{} rad", figure(self.seams.max_normal_jump)))?;
         let i = &self.interpolation;
         line(
             f,
             "at the vertices",
             format!(
-                "position {:.1e}, normal {:.1e} rad, curvature {:.1e}",
-                i.max_position_error, i.max_normal_error, i.max_curvature_error
+                "position {}, normal {} rad, curvature {}",
+                figure(i.max_position_error),
+                figure(i.max_normal_error),
+                figure(i.max_curvature_error)
             ),
         )?;
         if let Some(d) = &self.deviation {
@@ -46,6 +48,11 @@ impl Display for Inspection {
         }
         Ok(())
     }
+}
+
+/// An error with two digits.
+fn figure(x: f64) -> String {
+    if x == 0.0 { "0".to_string() } else { format!("{x:.1e}") }
 }
 
 /// The ending of a noun after the number `n`.

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 const BRICK: usize = 16;
 /// Halvings of a grid edge: 2⁻⁴⁵ of an edge is rounding error of the coordinates.
 const HALVINGS: usize = 45;
+/// |f| after all halvings, relative to the edge's scale, for a zero. A root of power 1/4 falls to 4e-4, a jump or a
+/// pole does not fall.
+const ZERO: f64 = 1e-3;
 
 /// A grid of cubes (nearly) over a box.
 struct Grid {
@@ -73,8 +76,8 @@ fn brick_zeros(field: &dyn Field, grid: &Grid, first: [usize; 3]) -> Vec<Point3>
 struct Brackets {
     negative: Points,
     positive: Points,
-    /// Smaller |f| of the two ends.
-    least: Vec<f64>,
+    /// |f| at these two points.
+    sizes: Vec<[f64; 2]>,
 }
 
 impl Brackets {
@@ -84,24 +87,34 @@ impl Brackets {
         if negative.1 < 0.0 && positive.1 >= 0.0 {
             self.negative.push(negative.0);
             self.positive.push(positive.0);
-            self.least.push(negative.1.abs().min(positive.1));
+            self.sizes.push([-negative.1, positive.1]);
         }
     }
 
-    /// The zeros between, by bisection; not those where |f| has grown, which are poles or jumps.
+    /// The zeros between, by bisection; not those where |f| does not fall, which are poles or jumps.
     fn bisect(mut self, field: &dyn Field) -> Vec<Point3> {
-        let n = self.least.len();
+        let n = self.sizes.len();
         let (mut middle, mut f) = (Points::zeros(n), vec![0.0; n]);
+        let mut scale = Vec::new();
         for _ in 0..HALVINGS {
             for i in 0..n {
                 middle.set(i, 0.5 * (self.negative.get(i) + self.positive.get(i)));
             }
             field.values(middle.view(), &mut f);
+            if scale.is_empty() {
+                scale = self.sizes.iter().zip(&f).map(|([a, b], f)| median([*a, *b, f.abs()])).collect();
+            }
             for i in 0..n {
                 let side = if f[i] < 0.0 { &mut self.negative } else { &mut self.positive };
                 side.set(i, middle.get(i));
             }
         }
-        (0..n).filter(|i| f[*i].abs() <= self.least[*i]).map(|i| middle.get(i)).collect()
+        (0..n).filter(|i| f[*i].abs() <= ZERO * scale[*i]).map(|i| middle.get(i)).collect()
     }
+}
+
+/// The middle one: the size of f on an edge, from its ends and its midpoint, even if one of them is on a zero or pole.
+fn median(mut values: [f64; 3]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values[1]
 }

@@ -1,4 +1,5 @@
-use crate::tessellate::{SharingError, TessellateError};
+use crate::geom::Vec3;
+use crate::tessellate::{SharingError, TessellateError, Tessellation};
 
 /// Why a surface or mesh cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -54,4 +55,11 @@ pub enum WriteError {
         /// The edge of the base mesh.
         edge: u32,
     },
+}
+
+/// Are all positions and normals of a mesh finite?
+pub(super) fn check_finite(mesh: &Tessellation) -> Result<(), WriteError> {
+    let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
+    let bad = mesh.positions.iter().zip(&mesh.normals).position(|(p, n)| !finite(p) || !finite(n));
+    bad.map_or(Ok(()), |index| Err(WriteError::NotFinite { what: "vertex", index }))
 }

@@ -1,22 +1,23 @@
 //! Files: STEP, VTK, glTF, OBJ, PLY, STL and the native format.
 //!
-//! Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes under their final name.
+//! Meshes are read by [`read`]. Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes under their final name.
 //! STEP, VTK and the native format hold the patches exactly, the others a [`crate::tessellate::Tessellation`].
 //! The same input gives the same bytes, whatever the number of threads.
 
-//pub mod atomic;
+pub mod atomic;
 mod error;
-//mod format;
-//pub mod gltf;
-//pub mod native;
-//pub mod obj;
-//pub mod ply;
+mod format;
+pub mod gltf;
+pub mod native;
+pub mod obj;
+pub mod ply;
+pub mod read;
 pub mod step;
-//pub mod stl;
+pub mod stl;
 mod text;
 mod unit;
 pub mod vtk;
 
 pub use error::WriteError;
-//pub use format::{Format, UnknownFormat};
+pub use format::{Format, UnknownFormat};
 pub use unit::{Unit, UnknownUnit};

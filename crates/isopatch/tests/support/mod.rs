@@ -1,6 +1,9 @@
 //! Test data: golden files in the repository, larger ones from `ISOPATCH_TEST_DATA`.
 #![allow(dead_code, reason = "each test program uses a part")]
 
+pub mod golden;
+pub mod python;
+
 use isopatch::geom::Point3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ use crate::mesh::HalfEdgeMesh;
 use crate::spline::TriangularSpline;
 use serde_json::Value;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Control points of a patch of degree 7.
 pub const NET: usize = crate::bernstein::index::count(7);
@@ -258,4 +259,57 @@ pub fn joined(parts: &[TriangularSpline]) -> TriangularSpline {
     };
     let curves = parts.iter().flat_map(|p| p.curves.clone()).collect();
     TriangularSpline::new(base, curves, parts.iter().flat_map(|p| p.nets.clone()).collect())
+}
+
+/// A sphere with a range, that counts evaluations.
+pub struct Counted {
+    pub field: Sphere,
+    count: AtomicUsize,
+}
+
+impl Counted {
+    pub fn new(field: Sphere) -> Self {
+        Self { field, count: AtomicUsize::new(0) }
+    }
+
+    pub fn evaluations(&self) -> usize {
+        self.count.load(Ordering::Relaxed)
+    }
+}
+
+impl Field for Counted {
+    fn value(&self, p: Point3) -> f64 {
+        self.count.fetch_add(1, Ordering::Relaxed);
+        self.field.value(p)
+    }
+    fn gradient(&self, p: Point3) -> (f64, Vec3) {
+        self.field.gradient(p)
+    }
+    fn jet(&self, p: Point3) -> Jet {
+        self.field.jet(p)
+    }
+    fn range(&self, cell: &Aabb) -> Interval {
+        let (c, r) = (self.field.center, self.field.radius);
+        let nearest = Point3::from_fn(|a, _| c[a].clamp(cell.min[a], cell.max[a]));
+        let farthest = (cell.min - c).abs().sup(&(cell.max - c).abs());
+        Interval { lo: (nearest - c).norm_squared() - r * r, hi: farthest.norm_squared() - r * r }
+    }
+    fn gradient_range(&self, _: &Aabb) -> (Interval, [Interval; 3]) {
+        (EVERYTHING, [EVERYTHING; 3])
+    }
+    fn rounding_bound(&self, p: Point3) -> f64 {
+        self.field.rounding_bound(p)
+    }
+}
+
+/// The surface with a hole.
+pub fn without_last_patch(spline: &TriangularSpline) -> TriangularSpline {
+    let last = spline.nets.len() - 1;
+    let faces: Vec<_> =
+        spline.base.mesh.faces().take(last).map(|f| spline.base.mesh.triangle(f).map(|v| v.0)).collect();
+    let mesh = HalfEdgeMesh::from_faces(spline.base.positions.len(), &faces).unwrap();
+    // Taking away the last face leaves the numbers of all edges, because its edges have smaller half edges elsewhere.
+    assert_eq!(mesh.edge_count(), spline.curves.len());
+    let base = BaseMesh { mesh, ..spline.base.clone() };
+    TriangularSpline::new(base, spline.curves.clone(), spline.nets[..last].to_vec())
 }

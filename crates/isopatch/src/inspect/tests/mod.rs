@@ -1,5 +1,7 @@
 //! Planted truths: fields and surfaces whose distances are known.
 
+#![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+
 mod fixtures;
 
 use super::*;
@@ -7,6 +9,14 @@ use crate::geom::{Point3, Points, Vec3};
 use crate::surface::{PatchId, Surface};
 use fixtures::*;
 use std::f64::consts::PI;
+
+/// Evaluations that the search for zeros spends on one of them.
+const HALVINGS_OF_ZEROS: usize = 45;
+
+/// Few points, for tests that are not about accuracy.
+fn coarse() -> InspectOptions {
+    InspectOptions { back_samples: 2_000, ..InspectOptions::default() }
+}
 
 fn close(a: f64, b: f64, relative: f64) -> bool {
     (a - b).abs() <= relative * b.abs()
@@ -131,10 +141,10 @@ fn distances_are_true_far_from_the_surface() {
     let ellipsoid = Ellipsoid([1.0, 2.0, 3.0]);
     for i in 0..points.len() {
         let p = points.get(i);
-        let q = closest(&sphere, p, 3.0).unwrap();
+        let q = closest_zero(&sphere, p, 3.0).unwrap();
         assert!((q - p.normalize()).norm() < 1e-3 * (p.norm() - 1.0).abs(), "{p}");
         // On the ellipsoid: on the surface, and the offset along the gradient.
-        let q = closest(&ellipsoid, p, 7.0).unwrap();
+        let q = closest_zero(&ellipsoid, p, 7.0).unwrap();
         let (f, g) = ellipsoid.gradient(q);
         assert!(f.abs() < 1e-13 && (p - q).cross(&g).norm() < 1e-3 * (p - q).norm() * g.norm(), "{p}");
         // No sampled point of the ellipsoid is closer.
@@ -159,7 +169,7 @@ fn the_batched_distance_agrees_with_the_single_search() {
     let batched = foot::distances(&field, &points, &f, &g, 2.0);
     for (i, distance) in batched.iter().enumerate() {
         let p = points.get(i);
-        let single = (closest(&field, p, 2.0).unwrap() - p).norm();
+        let single = (closest_zero(&field, p, 2.0).unwrap() - p).norm();
         assert!((distance - single).abs() <= 1e-6 * single, "{i}: {distance} {single}");
     }
 }
@@ -241,7 +251,56 @@ fn zeros_lie_on_the_zero_set_and_poles_are_left_out() {
     let points = zeros(&torus, &region, 0.1);
     assert!(points.len() > 10_000);
     assert!(points.iter().all(|p| torus.value(*p).abs() < 1e-12));
-    assert!(zeros(&Pole, &Aabb::new(Point3::repeat(-1.1), Point3::repeat(1.0)), 0.1).is_empty());
+    // A zero on a grid vertex, here the pole (0, 0, 1) of the sphere, is one too.
+    let unit = Aabb::new(Point3::repeat(-1.0), Point3::repeat(1.0));
+    let points = zeros(&Sphere::at(0.0, 1.0), &unit, 0.125);
+    assert!(points.iter().any(|p| (p - Vec3::z()).norm() < 1e-12));
+    // The pole in a grid plane, in the middle of edges, and elsewhere.
+    for side in [1.0, 1.05, 1.03] {
+        let region = Aabb::new(Point3::repeat(-side), Point3::repeat(1.0));
+        assert!(zeros(&Pole, &region, 0.1).is_empty(), "{side}");
+    }
+}
+
+#[test]
+fn bricks_without_a_zero_are_skipped() {
+    let region = Aabb::new(Point3::repeat(-3.1), Point3::repeat(3.2));
+    let sphere = Counted::new(Sphere::at(0.3, 1.0));
+    let all = zeros(&sphere.field, &region, 0.05);
+    assert_eq!(zeros(&sphere, &region, 0.05), all);
+    // The ball with a margin of a brick's diagonal fills less than half of the region.
+    let vertices = (6.3f64 / 0.05).powi(3) as usize;
+    assert!(sphere.evaluations() - HALVINGS_OF_ZEROS * all.len() < vertices / 2);
+}
+
+#[test]
+fn both_distances_of_a_good_fit_agree() {
+    let fields: [(&str, &dyn Field); 2] = [
+        ("torus_12x6_rec", &Torus { major: 5.0, minor: 1.0 }),
+        ("ellipsoid_small_rec", &Ellipsoid([1.0, 2.0, 3.0])),
+    ];
+    for (name, field) in fields {
+        let Some(golden) = golden(name) else { continue };
+        let i = inspect(&golden.spline, &golden.spline.base, Some(field), &InspectOptions::default());
+        let (there, back) = (i.deviation.unwrap(), i.coverage.unwrap());
+        assert!(close(back.max_distance, there.max_distance, 0.1), "{name}: {back:?} {}", there.max_distance);
+        // The two samplings weigh the few bad patches differently.
+        assert!(close(back.rms_distance, there.rms_distance, 0.2), "{name}: {back:?} {}", there.rms_distance);
+    }
+}
+
+#[test]
+fn a_hole_is_a_boundary_and_shows_in_the_distance_back() {
+    let spline = without_last_patch(&icosahedron());
+    let field = Sphere::at(0.0, 1.0);
+    let i = inspect(&spline, &spline.base, Some(&field), &InspectOptions::default());
+    assert_eq!((i.seams.interior, i.seams.boundary), (27, 3));
+    assert_eq!((i.topology.boundary_loops, i.topology.euler, i.topology.genus), (1, 1, 0));
+    assert!(i.deviation.unwrap().max_distance < 1e-4);
+    // The chord from the middle of a face of the icosahedron to the middle of its edge: half the angle between the
+    // normals of two faces, 20.9°.
+    let chord = 2.0 * (20.905_f64.to_radians() / 2.0).sin();
+    assert!(close(i.coverage.unwrap().max_distance * i.diagonal, chord, 0.02), "{:?}", i.coverage);
 }
 
 #[test]
@@ -285,7 +344,7 @@ fn the_same_figures_on_one_and_two_threads() {
     let (spline, field) = (icosahedron(), Sphere::at(0.0, 1.0));
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| inspect(&spline, &spline.base, Some(&field), &InspectOptions::default()))
+        pool.install(|| inspect(&spline, &spline.base, Some(&field), &coarse()))
     };
     assert_eq!(on(1), on(2));
 }
@@ -308,17 +367,48 @@ fn surfaces_far_away_tiny_and_huge_are_measured_alike() {
 #[test]
 fn a_field_that_is_not_a_number_gives_infinite_distances_and_no_panic() {
     let spline = icosahedron();
-    let i = inspect(&spline, &spline.base, Some(&Nowhere), &InspectOptions::default());
+    let i = inspect(&spline, &spline.base, Some(&Nowhere), &coarse());
     let d = i.deviation.unwrap();
     assert_eq!((d.max_distance, d.max_first_order, d.folded), (f64::INFINITY, f64::INFINITY, 20));
     assert!(i.coverage.is_none());
 }
 
 #[test]
+fn a_net_that_is_not_a_number_is_infinitely_wrong() {
+    let mut spline = icosahedron();
+    spline.nets[11][0].y = f64::NAN;
+    let i = inspect(&spline, &spline.base, Some(&Sphere::at(0.0, 1.0)), &coarse());
+    assert_eq!((i.seams.max_gap, i.seams.max_normal_jump), (f64::INFINITY, PI));
+    assert_eq!((i.interpolation.max_position_error, i.interpolation.max_normal_error), (f64::INFINITY, PI));
+    assert_eq!(
+        (i.interpolation.max_curvature_error, i.deviation.unwrap().max_distance),
+        (f64::INFINITY, f64::INFINITY)
+    );
+    // Without an area there is no grid for the way back; searches leave the patch out.
+    assert!(i.coverage.is_none());
+    let p = icosahedron().sample(PatchId(11), [1.0 / 3.0; 2]).point;
+    let nearest = ClosestPatch::new(&spline).nearest(&p).unwrap();
+    assert!(nearest.patch != PatchId(11) && nearest.distance > 0.1);
+}
+
+#[test]
+fn a_surface_without_patches_is_inspected_without_panic() {
+    let mesh = crate::mesh::HalfEdgeMesh::from_faces::<[u32; 3]>(0, &[]).unwrap();
+    let field = Sphere::at(0.0, 1.0);
+    let spline = crate::spline::TriangularSpline::new(
+        crate::base::BaseMesh::from_field(&field, mesh, Vec::new()),
+        Vec::new(),
+        Vec::new(),
+    );
+    let i = inspect(&spline, &spline.base, Some(&field), &coarse());
+    assert_eq!((i.patches, i.coverage, i.extent.area), (0, None, 0.0));
+}
+
+#[test]
 fn the_table_names_every_figure() {
     let spline = icosahedron();
     let field = Sphere::at(0.0, 1.0);
-    let text = inspect(&spline, &spline.base, Some(&field), &InspectOptions::default()).to_string();
+    let text = inspect(&spline, &spline.base, Some(&field), &coarse()).to_string();
     for word in [
         "20 on 12 vertices",
         "closed, 1 component,",
@@ -328,7 +418,7 @@ fn the_table_names_every_figure() {
     ] {
         assert!(text.contains(word), "{word} in\n{text}");
     }
-    let without = inspect(&spline, &spline.base, None, &InspectOptions::default()).to_string();
+    let without = inspect(&spline, &spline.base, None, &coarse()).to_string();
     assert!(!without.contains("field"));
 }
 

@@ -1,0 +1,117 @@
+//! What every [`Field`] must satisfy, checked on samples.
+
+use super::Field;
+use crate::geom::{Aabb, Point3, Points, Vec3};
+
+/// A fixed sequence of numbers in [0, 1), the same at every run: a linear congruential generator (Knuth, MMIX).
+pub(crate) struct Sequence(u64);
+
+impl Sequence {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A point of the box.
+    pub(crate) fn point(&mut self, cell: &Aabb) -> Point3 {
+        cell.min + cell.size().component_mul(&Vec3::new(self.next(), self.next(), self.next()))
+    }
+}
+
+/// Relative tolerance of a first difference, whose step is the cube root of the rounding unit.
+const DIFFERENCE_TOLERANCE: f64 = 1e-7;
+const DIFFERENCE_STEP: f64 = 1e-5;
+
+/// Everything that the [`Field`] trait promises, on samples of a box in which the field is smooth.
+pub(crate) fn check_field(field: &dyn Field, cell: &Aabb) {
+    let mut sequence = Sequence::new(1);
+    let points: Points = (0..700).map(|_| sequence.point(cell)).collect();
+    check_batches(field, &points);
+    for i in 0..60 {
+        check_derivatives(field, points.get(i));
+    }
+    for _ in 0..40 {
+        let (a, b) = (sequence.point(cell), sequence.point(cell));
+        let shrink = sequence.next().powi(3);
+        let b = a + shrink * (b - a);
+        check_ranges(field, &Aabb::around(&[a, b]), &mut sequence);
+    }
+    check_ranges(field, cell, &mut sequence);
+    check_unbounded(field, &points);
+}
+
+fn check_batches(field: &dyn Field, points: &Points) {
+    // Runs of several lengths, so that blocks of an implementation are full, partial and empty.
+    for length in [0, 1, 17, 511, points.len()] {
+        let view = points.view().slice(0..length);
+        let (mut f, mut g) = (vec![f64::NAN; length], vec![f64::NAN; length]);
+        let mut gradient = Points::zeros(length);
+        field.values(view, &mut f);
+        field.gradients(view, &mut g, gradient.view_mut());
+        for i in 0..length {
+            let (value, at_point) = field.gradient(view.get(i));
+            assert_eq!(f[i].to_bits(), field.value(view.get(i)).to_bits(), "value in a batch");
+            assert_eq!(g[i].to_bits(), value.to_bits(), "value with gradient in a batch");
+            assert_eq!(gradient.get(i).map(f64::to_bits), at_point.map(f64::to_bits), "gradient in a batch");
+        }
+    }
+}
+
+fn check_derivatives(field: &dyn Field, p: Point3) {
+    let jet = field.jet(p);
+    let (value, gradient) = field.gradient(p);
+    let scale = 1.0 + value.abs() + gradient.norm() + jet.hessian.norm();
+    let close = |a: f64, b: f64, what: &str| {
+        assert!((a - b).abs() <= DIFFERENCE_TOLERANCE * scale, "{what} at {p:?}: {a} against {b}");
+    };
+    close(value, field.value(p), "value of the gradient");
+    close(jet.value, value, "value of the jet");
+    assert_eq!(jet.hessian, jet.hessian.transpose());
+    for axis in 0..3 {
+        close(jet.gradient[axis], gradient[axis], "gradient of the jet");
+        let step = Vec3::ith(axis, DIFFERENCE_STEP);
+        let slope = (field.value(p + step) - field.value(p - step)) / (2.0 * DIFFERENCE_STEP);
+        close(gradient[axis], slope, "gradient");
+        let bend = (field.gradient(p + step).1 - field.gradient(p - step).1) / (2.0 * DIFFERENCE_STEP);
+        for other in 0..3 {
+            close(jet.hessian[(axis, other)], bend[other], "Hessian");
+        }
+    }
+}
+
+fn check_ranges(field: &dyn Field, cell: &Aabb, sequence: &mut Sequence) {
+    let range = field.range(cell);
+    let (with_gradient, slopes) = field.gradient_range(cell);
+    let corners = (0..8).map(|k| Point3::from_fn(|axis, _| [cell.min, cell.max][k >> axis & 1][axis]));
+    let inside: Vec<Point3> = (0..30).map(|_| sequence.point(cell)).collect();
+    for p in corners.chain(inside) {
+        let (value, gradient) = field.gradient(p);
+        assert!(range.contains(value), "{value} outside {range:?} at {p:?} of {cell:?}");
+        assert!(with_gradient.contains(value));
+        for axis in 0..3 {
+            let slope = gradient[axis];
+            assert!(slopes[axis].contains(slope), "{slope} outside {:?} at {p:?} of {cell:?}", slopes[axis]);
+        }
+    }
+}
+
+/// All of space, and half of it, are cells like any other.
+fn check_unbounded(field: &dyn Field, points: &Points) {
+    let everywhere = Vec3::repeat(f64::INFINITY);
+    let space = Aabb::new(-everywhere, everywhere);
+    let half = Aabb::new(Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, points.z[0]), everywhere);
+    for cell in [space, half] {
+        let range = field.range(&cell);
+        let (_, slopes) = field.gradient_range(&cell);
+        for interval in slopes.into_iter().chain([range]) {
+            assert!(interval.lo <= interval.hi, "{interval:?}");
+        }
+        for i in (0..points.len()).filter(|&i| cell.contains(&points.get(i))) {
+            assert!(range.contains(field.value(points.get(i))));
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Binary glTF 2.0.
+
+use super::text::write_items;
+use super::{Unit, WriteError, error};
+use crate::geom::{Aabb, Vec3};
+use crate::tessellate::Tessellation;
+use serde_json::{Value, json};
+use std::f64::consts::FRAC_1_SQRT_2;
+use std::io::Write;
+
+/// How to write a .glb file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GlbOptions {
+    /// Length of a model unit: glTF is in metres. Default: millimetre.
+    pub unit: Unit,
+}
+
+// Numbers of the specification, glTF 2.0 section 3.6.2 and 4.
+const ARRAY_BUFFER: u32 = 34962;
+const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+const FLOAT: u32 = 5126;
+const UNSIGNED_INT: u32 = 5125;
+const VERSION: u32 = 2;
+const JSON_CHUNK: &[u8; 4] = b"JSON";
+const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
+/// Bytes of the file header, and of the header of a chunk.
+const FILE_HEADER: usize = 12;
+const CHUNK_HEADER: usize = 8;
+
+/// Writes one mesh. Positions are single precision, relative to the centre of the bounding box, which is the
+/// translation of the mesh's node; its parent turns z up to y up and model units to metres.
+pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write) -> Result<(), WriteError> {
+    error::check_finite(mesh)?;
+    let bounds = Aabb::around(&mesh.positions);
+    let center = if bounds.is_empty() { Vec3::zeros() } else { bounds.center() };
+    let binary = mesh.positions.len() * 24 + mesh.triangles.len() * 12;
+    let mut scene = scene(mesh, &bounds, &center, options.unit).to_string().into_bytes();
+    // Chunks are padded to four bytes, JSON with spaces.
+    scene.resize(scene.len().next_multiple_of(4), b' ');
+    let total = FILE_HEADER + 2 * CHUNK_HEADER + scene.len() + binary;
+    let total =
+        u32::try_from(total).map_err(|_| WriteError::TooMany { format: "GLB", what: "bytes", count: total })?;
+    out.write_all(b"glTF")?;
+    out.write_all(&VERSION.to_le_bytes())?;
+    out.write_all(&total.to_le_bytes())?;
+    out.write_all(&(scene.len() as u32).to_le_bytes())?;
+    out.write_all(JSON_CHUNK)?;
+    out.write_all(&scene)?;
+    out.write_all(&(binary as u32).to_le_bytes())?;
+    out.write_all(BINARY_CHUNK)?;
+    let single = |bytes: &mut Vec<u8>, v: [f32; 3]| v.iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
+    write_items(out, mesh.positions.len(), |v, bytes| single(bytes, relative(&mesh.positions[v], &center)))?;
+    write_items(out, mesh.normals.len(), |v, bytes| single(bytes, relative(&mesh.normals[v], &Vec3::zeros())))?;
+    write_items(out, mesh.triangles.len(), |t, bytes| {
+        mesh.triangles[t].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+    })?;
+    Ok(())
+}
+
+fn relative(p: &Vec3, center: &Vec3) -> [f32; 3] {
+    let r = p - center;
+    [r.x as f32, r.y as f32, r.z as f32]
+}
+
+fn scene(mesh: &Tessellation, bounds: &Aabb, center: &Vec3, unit: Unit) -> Value {
+    let (vertices, indices) = (mesh.positions.len(), 3 * mesh.triangles.len());
+    let generator = concat!("isopatch ", env!("CARGO_PKG_VERSION"));
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": generator },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+    });
+    // glTF has no empty meshes.
+    let children: &[u32] = if indices == 0 { &[] } else { &[1] };
+    let metres = unit.metres();
+    let mut root =
+        json!({ "name": "isopatch", "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2], "scale": [metres, metres, metres] });
+    if children.is_empty() {
+        document["nodes"] = json!([root]);
+        return document;
+    }
+    root["children"] = json!(children);
+    document["nodes"] = json!([root, { "name": "surface", "mesh": 0, "translation": center.as_slice() }]);
+    document["meshes"] =
+        json!([{ "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2, "material": 0 }] }]);
+    document["materials"] =
+        json!([{ "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5 } }]);
+    document["accessors"] = json!([
+        { "bufferView": 0, "componentType": FLOAT, "count": vertices, "type": "VEC3",
+          "min": relative(&bounds.min, center), "max": relative(&bounds.max, center) },
+        { "bufferView": 1, "componentType": FLOAT, "count": vertices, "type": "VEC3" },
+        { "bufferView": 2, "componentType": UNSIGNED_INT, "count": indices, "type": "SCALAR" },
+    ]);
+    let vectors = 12 * vertices;
+    document["bufferViews"] = json!([
+        { "buffer": 0, "byteOffset": 0, "byteLength": vectors, "target": ARRAY_BUFFER },
+        { "buffer": 0, "byteOffset": vectors, "byteLength": vectors, "target": ARRAY_BUFFER },
+        { "buffer": 0, "byteOffset": 2 * vectors, "byteLength": 4 * indices, "target": ELEMENT_ARRAY_BUFFER },
+    ]);
+    document["buffers"] = json!([{ "byteLength": 2 * vectors + 4 * indices }]);
+    document
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::golden::{scaled, sphere};
+    use crate::tessellate::{TessellateOptions, tessellate};
+
+    #[test]
+    fn chunks_fill_the_file_and_positions_are_relative() {
+        let far = scaled(&sphere(), 1e-3, Vec3::new(1e6, -2e6, 3e6));
+        let mesh = tessellate(&far, &TessellateOptions { resolution: 2 }).unwrap();
+        let mut bytes = Vec::new();
+        write_glb(&mesh, &GlbOptions { unit: Unit::M }, &mut bytes).unwrap();
+        let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
+        assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+        let scene: Value = serde_json::from_slice(&bytes[20..20 + word(12)]).unwrap();
+        let binary = 20 + word(12);
+        assert_eq!((word(binary), &bytes[binary + 4..binary + 8]), (bytes.len() - binary - 8, &b"BIN\0"[..]));
+        let center: Vec<f64> = serde_json::from_value(scene["nodes"][1]["translation"].clone()).unwrap();
+        for (v, p) in mesh.positions.iter().enumerate() {
+            for c in 0..3 {
+                let stored = f32::from_bits(word(binary + 8 + 12 * v + 4 * c) as u32);
+                assert!((center[c] + f64::from(stored) - p[c]).abs() < 1e-9);
+                let accessor = &scene["accessors"][0];
+                let bound = |which: &str| accessor[which][c].as_f64().unwrap() as f32;
+                assert!(bound("min") <= stored && stored <= bound("max"));
+            }
+        }
+    }
+}

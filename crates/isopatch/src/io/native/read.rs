@@ -1,0 +1,281 @@
+use super::layout::*;
+use super::{NativeModel, Provenance};
+use crate::base::{BaseMesh, EdgeFeature};
+use crate::bernstein::{curve, index};
+use crate::geom::{Mat3, Point3, Vec3};
+use crate::io::UnknownUnit;
+use crate::mesh::{HalfEdgeMesh, MeshError};
+use crate::spline::TriangularSpline;
+use std::io::Read;
+
+/// Why a native file cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum NativeError {
+    /// The input fails.
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+    /// The first bytes are not those of a native file.
+    #[error("not an isopatch file")]
+    Magic,
+    /// A version that this program does not know.
+    #[error("format version {major}.{minor}; this program reads version {MAJOR}")]
+    Version {
+        /// Major version.
+        major: u16,
+        /// Minor version.
+        minor: u16,
+    },
+    /// The file ends too early.
+    #[error("the file ends within {0}")]
+    Truncated(&'static str),
+    /// The bytes are not those that were written.
+    #[error("the checksum of {0} is wrong")]
+    Checksum(String),
+    /// A section that must be there is not.
+    #[error("section {0} is missing")]
+    Missing(String),
+    /// A section is there twice.
+    #[error("section {0} is there twice")]
+    Repeated(String),
+    /// A section reaches beyond the end of the file.
+    #[error("section {0} reaches beyond the end of the file")]
+    Bounds(String),
+    /// A section has not the length that the number of its elements asks for.
+    #[error("section {section} has {found} bytes instead of {expected}")]
+    Length {
+        /// The section.
+        section: String,
+        /// Its length.
+        found: u64,
+        /// The length it should have.
+        expected: u64,
+    },
+    /// A text is not UTF-8.
+    #[error("the {0} is not UTF-8 text")]
+    Text(&'static str),
+    /// The unit is not known.
+    #[error(transparent)]
+    Unit(#[from] UnknownUnit),
+    /// The faces do not form a mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// An edge has a feature that is not known, or says boundary where it is none.
+    #[error("edge {edge} has the feature {code}, which it cannot have")]
+    Feature {
+        /// The edge.
+        edge: usize,
+        /// The code of the feature.
+        code: u8,
+    },
+    /// A number is infinite or not a number.
+    #[error("number {index} of section {section} is not finite")]
+    NotFinite {
+        /// The section.
+        section: String,
+        /// Position of the number.
+        index: usize,
+    },
+}
+
+/// Reads a native file: the whole of it, so that every claimed size can be compared with what is there before
+/// memory is set aside for it.
+pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes)?;
+    let sections = Sections::parse(&bytes)?;
+    let provenance = provenance(sections.get(META)?)?;
+    let mesh = mesh(sections.get(FACES)?)?;
+    let (vertices, edges, faces) = (mesh.vertex_count(), mesh.edge_count(), mesh.face_count());
+    let features = features(&mesh, sections.sized(EDGES, edges, 1)?)?;
+    let numbers = sections.numbers(VERTICES, vertices, VERTEX)?;
+    let curves: Vec<[Point3; 5]> =
+        sections.numbers(CURVES, edges, CURVE)?.chunks_exact(15).map(points).collect();
+    let interiors = sections.numbers(INTERIORS, faces, PATCH)?;
+    let nets = nets(&mesh, &curves, &interiors);
+    let vertex = |from: usize| numbers.chunks_exact(VERTEX / 8).map(move |n| Vec3::new(n[from], n[from + 1], n[from + 2]));
+    let base = BaseMesh {
+        mesh,
+        positions: vertex(0).collect(),
+        normals: vertex(3).collect(),
+        curvatures: numbers.chunks_exact(VERTEX / 8).map(|n| Mat3::from_row_slice(&n[6..])).collect(),
+        features,
+    };
+    Ok(NativeModel { spline: TriangularSpline::new(base, curves, nets), provenance })
+}
+
+/// The sections of a file whose header is sound.
+struct Sections<'a> {
+    entries: Vec<(Tag, &'a [u8])>,
+}
+
+impl<'a> Sections<'a> {
+    fn parse(bytes: &'a [u8]) -> Result<Self, NativeError> {
+        let mut header = Cursor { rest: bytes, what: "the header" };
+        // A shorter file that starts in the right way is a native file cut off.
+        if !bytes.starts_with(&MAGIC[..bytes.len().min(MAGIC.len())]) {
+            return Err(NativeError::Magic);
+        }
+        header.take(MAGIC.len())?;
+        let (major, minor) = (u16::from_le_bytes(header.array()?), u16::from_le_bytes(header.array()?));
+        if major != MAJOR {
+            return Err(NativeError::Version { major, minor });
+        }
+        let count = u32::from_le_bytes(header.array()?) as usize;
+        let size = count.checked_mul(ENTRY).ok_or(NativeError::Truncated("the section table"))?;
+        header.what = "the section table";
+        let table = header.take(size)?;
+        let checksum = u32::from_le_bytes(header.array()?);
+        if crc32fast::hash(&bytes[..FIXED_HEADER + size]) != checksum {
+            return Err(NativeError::Checksum("the header".to_owned()));
+        }
+        let mut sections = Self { entries: Vec::new() };
+        for entry in table.chunks_exact(ENTRY) {
+            sections.add(bytes, entry)?;
+        }
+        Ok(sections)
+    }
+
+    /// Adds the section of a table entry if this version knows it.
+    fn add(&mut self, bytes: &'a [u8], entry: &[u8]) -> Result<(), NativeError> {
+        let mut entry = Cursor { rest: entry, what: "the section table" };
+        let tag = Tag(entry.array()?);
+        let checksum = u32::from_le_bytes(entry.array()?);
+        let (offset, length) = (u64::from_le_bytes(entry.array()?), u64::from_le_bytes(entry.array()?));
+        if ![META, FACES, VERTICES, EDGES, CURVES, INTERIORS].contains(&tag) {
+            return Ok(());
+        }
+        if self.entries.iter().any(|(t, _)| *t == tag) {
+            return Err(NativeError::Repeated(tag.to_string()));
+        }
+        let range = usize::try_from(offset).ok().zip(offset.checked_add(length).and_then(|e| e.try_into().ok()));
+        let section = range.and_then(|(start, end): (usize, usize)| bytes.get(start..end));
+        let section = section.ok_or_else(|| NativeError::Bounds(tag.to_string()))?;
+        if crc32fast::hash(section) != checksum {
+            return Err(NativeError::Checksum(format!("section {tag}")));
+        }
+        self.entries.push((tag, section));
+        Ok(())
+    }
+
+    fn get(&self, tag: Tag) -> Result<&'a [u8], NativeError> {
+        let entry = self.entries.iter().find(|(t, _)| *t == tag);
+        entry.map(|(_, section)| *section).ok_or_else(|| NativeError::Missing(tag.to_string()))
+    }
+
+    /// A section of `count` elements of `size` bytes.
+    fn sized(&self, tag: Tag, count: usize, size: usize) -> Result<&'a [u8], NativeError> {
+        let section = self.get(tag)?;
+        check_length(tag, section, count as u64 * size as u64)?;
+        Ok(section)
+    }
+
+    /// The finite numbers of such a section.
+    fn numbers(&self, tag: Tag, count: usize, size: usize) -> Result<Vec<f64>, NativeError> {
+        let (chunks, _) = self.sized(tag, count, size)?.as_chunks();
+        let numbers: Vec<f64> = chunks.iter().map(|c| f64::from_le_bytes(*c)).collect();
+        match numbers.iter().position(|x| !x.is_finite()) {
+            Some(index) => Err(NativeError::NotFinite { section: tag.to_string(), index }),
+            None => Ok(numbers),
+        }
+    }
+}
+
+fn check_length(tag: Tag, section: &[u8], expected: u64) -> Result<(), NativeError> {
+    let found = section.len() as u64;
+    if found == expected {
+        return Ok(());
+    }
+    Err(NativeError::Length { section: tag.to_string(), found, expected })
+}
+
+/// Bytes that are taken from the front.
+struct Cursor<'a> {
+    rest: &'a [u8],
+    what: &'static str,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8], NativeError> {
+        let (taken, rest) = self.rest.split_at_checked(count).ok_or(NativeError::Truncated(self.what))?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], NativeError> {
+        let (taken, rest) = self.rest.split_first_chunk().ok_or(NativeError::Truncated(self.what))?;
+        self.rest = rest;
+        Ok(*taken)
+    }
+
+    fn text(&mut self, what: &'static str) -> Result<String, NativeError> {
+        self.what = what;
+        let count = u32::from_le_bytes(self.array()?) as usize;
+        let bytes = self.take(count)?;
+        String::from_utf8(bytes.to_vec()).map_err(|_| NativeError::Text(what))
+    }
+}
+
+fn provenance(section: &[u8]) -> Result<Provenance, NativeError> {
+    let mut bytes = Cursor { rest: section, what: "section META" };
+    let generator = bytes.text("name of the generator")?;
+    let (options, source) = (bytes.text("text of the options")?, bytes.text("text of the source")?);
+    let unit = bytes.text("name of the unit")?.parse()?;
+    bytes.what = "diagonal";
+    let diagonal = f64::from_le_bytes(bytes.array()?);
+    check_length(META, section, (section.len() - bytes.rest.len()) as u64)?;
+    Ok(Provenance { generator, options, source, unit, diagonal })
+}
+
+fn mesh(section: &[u8]) -> Result<HalfEdgeMesh, NativeError> {
+    let mut bytes = Cursor { rest: section, what: "section FACE" };
+    let vertices = u32::from_le_bytes(bytes.array()?) as usize;
+    let faces = u64::from(u32::from_le_bytes(bytes.array()?));
+    // The two counts, and three numbers a face, of four bytes each.
+    check_length(FACES, section, 8 + 12 * faces)?;
+    let (numbers, _) = bytes.rest.as_chunks();
+    let numbers: Vec<u32> = numbers.iter().map(|n| u32::from_le_bytes(*n)).collect();
+    let (faces, _) = numbers.as_chunks::<3>();
+    // Every vertex belongs to a face, so a larger count is wrong; it must not set memory aside.
+    if vertices > numbers.len() {
+        return Err(MeshError::IsolatedVertex { vertex: vertices as u32 - 1 }.into());
+    }
+    Ok(HalfEdgeMesh::from_faces(vertices, faces)?)
+}
+
+fn features(mesh: &HalfEdgeMesh, codes: &[u8]) -> Result<Vec<EdgeFeature>, NativeError> {
+    let feature = |e: crate::mesh::EdgeId| {
+        let code = codes[e.index()];
+        match (code, mesh.twin(mesh.edge_half_edge(e))) {
+            (0, Some(_)) => Ok(EdgeFeature::Smooth),
+            (1, None) => Ok(EdgeFeature::Boundary),
+            _ => Err(NativeError::Feature { edge: e.index(), code }),
+        }
+    };
+    mesh.edges().map(feature).collect()
+}
+
+fn points<const N: usize>(numbers: &[f64]) -> [Point3; N] {
+    std::array::from_fn(|i| Point3::new(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]))
+}
+
+/// The control nets: borders elevated from the quartics, as they were before writing, and interiors as stored.
+fn nets(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]], interiors: &[f64]) -> Vec<[Point3; index::count(DEGREE)]> {
+    let mut nets = vec![[Point3::zeros(); index::count(DEGREE)]; mesh.face_count()];
+    for e in mesh.edges() {
+        let border: [Point3; DEGREE + 1] = curve::elevate(&curves[e.index()]);
+        let h = mesh.edge_half_edge(e);
+        for (m, p) in border.iter().enumerate() {
+            nets[mesh.face(h).index()][index::row(DEGREE, mesh.side(h), 0, m)] = *p;
+            if let Some(g) = mesh.twin(h) {
+                nets[mesh.face(g).index()][index::row(DEGREE, mesh.side(g), 0, DEGREE - m)] = *p;
+            }
+        }
+    }
+    let inside: Vec<usize> =
+        index::indices(DEGREE).filter(|ijk| !index::is_boundary(*ijk)).map(index::position).collect();
+    for (net, numbers) in nets.iter_mut().zip(interiors.chunks_exact(3 * INTERIOR)) {
+        let stored: [Point3; INTERIOR] = points(numbers);
+        inside.iter().zip(stored).for_each(|(c, p)| net[*c] = p);
+    }
+    nets
+}

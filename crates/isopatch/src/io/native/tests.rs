@@ -1,0 +1,158 @@
+use super::layout::{ENTRY, FIXED_HEADER};
+use super::*;
+use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
+use crate::geom::Vec3;
+use crate::io::WriteError;
+use proptest::prelude::*;
+
+fn provenance() -> Provenance {
+    Provenance {
+        options: "{\"faces\":20}".into(),
+        source: "x²+y²+z²−1".into(),
+        unit: Unit::In,
+        diagonal: 2.9467,
+        ..Provenance::default()
+    }
+}
+
+fn written(spline: &TriangularSpline) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_native(spline, &provenance(), &mut bytes).unwrap();
+    bytes
+}
+
+fn read(bytes: &[u8]) -> Result<NativeModel, NativeError> {
+    read_native(&mut &*bytes)
+}
+
+/// Rewrites the checksums, so that a planted fault is found by what it says.
+fn resealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let word = |bytes: &[u8], at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+    for entry in 0..count {
+        let at = FIXED_HEADER + entry * ENTRY;
+        let (offset, length) = (word(&bytes, at + 8), word(&bytes, at + 16));
+        if let Some(section) = bytes.get(offset..offset.saturating_add(length)) {
+            let checksum = crc32fast::hash(section).to_le_bytes();
+            bytes[at + 4..at + 8].copy_from_slice(&checksum);
+        }
+    }
+    let end = FIXED_HEADER + count * ENTRY;
+    let checksum = crc32fast::hash(&bytes[..end]).to_le_bytes();
+    bytes[end..end + 4].copy_from_slice(&checksum);
+    bytes
+}
+
+/// Position of the bytes of a section.
+fn section(bytes: &[u8], tag: &[u8; 4]) -> usize {
+    let entry = (0..6).map(|k| FIXED_HEADER + k * ENTRY).find(|at| bytes[*at..].starts_with(tag)).unwrap();
+    u64::from_le_bytes(bytes[entry + 8..entry + 16].try_into().unwrap()) as usize
+}
+
+fn bits(points: &[Vec3]) -> Vec<u64> {
+    points.iter().flat_map(|p| p.iter().map(|c| c.to_bits()).collect::<Vec<_>>()).collect()
+}
+
+#[test]
+fn the_round_trip_is_exact() {
+    let cavity = inverted(&scaled(&sphere(), 1.0 / 3.0, Vec3::new(0.1, 0.2, 0.3)));
+    for spline in [sphere(), flat_triangle(), joined(&[sphere(), cavity])] {
+        let bytes = written(&spline);
+        let model = read(&bytes).unwrap();
+        let (a, b) = (&model.spline, &spline);
+        assert_eq!(model.provenance, provenance());
+        assert_eq!(a.base.mesh, b.base.mesh);
+        assert_eq!(a.base.features, b.base.features);
+        assert_eq!(a.base.curvatures, b.base.curvatures);
+        assert_eq!(bits(&a.base.positions), bits(&b.base.positions));
+        assert_eq!(bits(&a.base.normals), bits(&b.base.normals));
+        assert_eq!(bits(a.curves.as_flattened()), bits(b.curves.as_flattened()));
+        assert_eq!(bits(a.nets.as_flattened()), bits(b.nets.as_flattened()));
+        let mut again = Vec::new();
+        write_native(a, &model.provenance, &mut again).unwrap();
+        assert_eq!(again, bytes);
+    }
+}
+
+#[test]
+fn a_changed_border_is_refused() {
+    let mut spline = sphere();
+    spline.nets[3][0].x = spline.nets[3][0].x.next_up();
+    let error = write_native(&spline, &provenance(), &mut Vec::new()).unwrap_err();
+    assert!(matches!(error, WriteError::Border { patch: 3, .. }), "{error}");
+}
+
+#[test]
+fn unknown_sections_are_skipped() {
+    let mut bytes = written(&sphere());
+    // An entry in front of the checksum of the header moves everything behind it.
+    let end = FIXED_HEADER + 6 * ENTRY;
+    let entry = [&b"NEWS"[..], &[0; 4], &u64::MAX.to_le_bytes(), &u64::MAX.to_le_bytes()].concat();
+    bytes.splice(end..end, entry);
+    bytes[12] = 7;
+    for k in 0..6 {
+        let at = FIXED_HEADER + k * ENTRY + 8;
+        let moved = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) + ENTRY as u64;
+        bytes[at..at + 8].copy_from_slice(&moved.to_le_bytes());
+    }
+    assert_eq!(read(&resealed(bytes)).unwrap().spline.nets, sphere().nets);
+}
+
+#[test]
+fn every_truncation_is_an_error() {
+    let bytes = written(&flat_triangle());
+    assert!((0..bytes.len()).all(|length| read(&bytes[..length]).is_err()));
+    assert!(matches!(read(&bytes[..5]), Err(NativeError::Truncated(_))));
+    assert!(matches!(read(b"solid cube"), Err(NativeError::Magic)));
+    assert!(matches!(read(&bytes[..bytes.len() - 1]), Err(NativeError::Bounds(s)) if s == "INNR"));
+}
+
+#[test]
+fn every_flipped_bit_is_an_error() {
+    let bytes = written(&flat_triangle());
+    for bit in 0..8 * bytes.len() {
+        let mut flipped = bytes.clone();
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        assert!(read(&flipped).is_err(), "bit {bit}");
+    }
+}
+
+#[test]
+fn faults_behind_right_checksums_are_named() {
+    let change = |tag: &[u8; 4], at: usize, new: &[u8]| {
+        let mut bytes = written(&sphere());
+        let start = section(&bytes, tag) + at;
+        bytes[start..start + new.len()].copy_from_slice(new);
+        read(&resealed(bytes)).unwrap_err()
+    };
+    let huge = u32::MAX.to_le_bytes();
+    assert!(matches!(change(b"FACE", 0, &huge), NativeError::Mesh(_)));
+    assert!(matches!(change(b"FACE", 4, &huge), NativeError::Length { expected: 51539607548, .. }));
+    assert!(matches!(change(b"FACE", 8, &huge), NativeError::Mesh(MeshError::NoSuchVertex { face: 0, .. })));
+    assert!(matches!(change(b"EDGE", 2, &[1]), NativeError::Feature { edge: 2, code: 1 }));
+    assert!(matches!(change(b"EDGE", 3, &[9]), NativeError::Feature { edge: 3, code: 9 }));
+    assert!(matches!(change(b"META", 0, &huge), NativeError::Truncated("name of the generator")));
+    assert!(matches!(change(b"META", 4, &[0xff]), NativeError::Text("name of the generator")));
+    let nan = f64::NAN.to_le_bytes();
+    assert!(matches!(change(b"CURV", 16, &nan), NativeError::NotFinite { index: 2, .. }));
+    let mut newer = written(&sphere());
+    newer[8] = 2;
+    assert!(matches!(read(&resealed(newer)), Err(NativeError::Version { major: 2, minor: 0 })));
+}
+
+proptest! {
+    /// Whatever the bytes, reading returns.
+    #[test]
+    fn planted_bytes_never_panic(at in 0usize..4000, new in proptest::collection::vec(any::<u8>(), 1..16)) {
+        let mut bytes = written(&flat_triangle());
+        let at = at % (bytes.len() - new.len());
+        bytes[at..at + new.len()].copy_from_slice(&new);
+        let count = u32::from_le_bytes(bytes[12..16].try_into().unwrap());
+        if count <= 6 {
+            bytes = resealed(bytes);
+        }
+        let _ = read(&bytes);
+    }
+}
+
+use crate::mesh::MeshError;

@@ -1,0 +1,132 @@
+use super::Provenance;
+use super::layout::*;
+use crate::base::EdgeFeature;
+use crate::bernstein::{curve, index};
+use crate::geom::Point3;
+use crate::io::WriteError;
+use crate::mesh::{EdgeId, HalfEdgeId};
+use crate::spline::TriangularSpline;
+use std::io::Write;
+
+/// Writes a spline so that [`super::read_native`] gives it back bit for bit.
+///
+/// # Errors
+/// [`WriteError::Border`] if the border of a patch is not, bit for bit, the elevated quartic of its edge, and
+/// [`WriteError::NotFinite`].
+pub fn write_native(
+    spline: &TriangularSpline,
+    provenance: &Provenance,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    check(spline)?;
+    let sections = [
+        (META, meta(provenance)?),
+        (FACES, faces(spline)),
+        (VERTICES, vertices(spline)),
+        (EDGES, spline.base.features.iter().map(|f| feature_code(*f)).collect()),
+        (CURVES, points(spline.curves.iter().flatten())),
+        (INTERIORS, interiors(spline)),
+    ];
+    let mut header = Vec::new();
+    header.extend_from_slice(&MAGIC);
+    header.extend_from_slice(&MAJOR.to_le_bytes());
+    header.extend_from_slice(&MINOR.to_le_bytes());
+    header.extend_from_slice(&(sections.len() as u32).to_le_bytes());
+    let mut offset = (FIXED_HEADER + sections.len() * ENTRY + CHECKSUM) as u64;
+    for (tag, bytes) in &sections {
+        header.extend_from_slice(&tag.0);
+        header.extend_from_slice(&crc32fast::hash(bytes).to_le_bytes());
+        header.extend_from_slice(&offset.to_le_bytes());
+        header.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
+        offset += bytes.len() as u64;
+    }
+    let checksum = crc32fast::hash(&header);
+    header.extend_from_slice(&checksum.to_le_bytes());
+    out.write_all(&header)?;
+    sections.iter().try_for_each(|(_, bytes)| out.write_all(bytes))?;
+    Ok(())
+}
+
+fn feature_code(feature: EdgeFeature) -> u8 {
+    match feature {
+        EdgeFeature::Smooth => 0,
+        EdgeFeature::Boundary => 1,
+    }
+}
+
+fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
+    let mut bytes = Vec::new();
+    for text in [&provenance.generator, &provenance.options, &provenance.source, provenance.unit.symbol()] {
+        let count = text.len();
+        let too_many = |_| WriteError::TooMany { format: "a native file", what: "bytes of text", count };
+        bytes.extend_from_slice(&u32::try_from(count).map_err(too_many)?.to_le_bytes());
+        bytes.extend_from_slice(text.as_bytes());
+    }
+    bytes.extend_from_slice(&provenance.diagonal.to_le_bytes());
+    Ok(bytes)
+}
+
+fn faces(spline: &TriangularSpline) -> Vec<u8> {
+    let mesh = &spline.base.mesh;
+    let counts = [mesh.vertex_count() as u32, mesh.face_count() as u32];
+    let corners = mesh.faces().flat_map(|f| mesh.triangle(f).map(|v| v.0));
+    counts.into_iter().chain(corners).flat_map(u32::to_le_bytes).collect()
+}
+
+fn vertices(spline: &TriangularSpline) -> Vec<u8> {
+    let base = &spline.base;
+    let mut bytes = Vec::with_capacity(base.positions.len() * VERTEX);
+    for ((p, n), m) in base.positions.iter().zip(&base.normals).zip(&base.curvatures) {
+        // Row after row; the transpose's columns are the rows.
+        let numbers = p.iter().chain(n.iter()).copied().chain(m.transpose().iter().copied().collect::<Vec<_>>());
+        bytes.extend(numbers.flat_map(f64::to_le_bytes));
+    }
+    bytes
+}
+
+fn interiors(spline: &TriangularSpline) -> Vec<u8> {
+    let inside: Vec<usize> =
+        index::indices(DEGREE).filter(|ijk| !index::is_boundary(*ijk)).map(index::position).collect();
+    points(spline.nets.iter().flat_map(|net| inside.iter().map(|c| &net[*c])))
+}
+
+fn points<'a>(points: impl Iterator<Item = &'a Point3>) -> Vec<u8> {
+    points.flat_map(|p| [p.x, p.y, p.z]).flat_map(f64::to_le_bytes).collect()
+}
+
+fn check(spline: &TriangularSpline) -> Result<(), WriteError> {
+    let finite = |p: &Point3| p.iter().all(|c| c.is_finite());
+    let base = &spline.base;
+    for v in 0..base.positions.len() {
+        let curved = base.curvatures[v].iter().all(|c| c.is_finite());
+        if !finite(&base.positions[v]) || !finite(&base.normals[v]) || !curved {
+            return Err(WriteError::NotFinite { what: "vertex", index: v });
+        }
+    }
+    if let Some(index) = spline.nets.iter().position(|net| !net.iter().all(finite)) {
+        return Err(WriteError::NotFinite { what: "patch", index });
+    }
+    base.mesh.edges().try_for_each(|e| check_border(spline, e))
+}
+
+/// Do the patches beside an edge have the bits of its elevated quartic there?
+fn check_border(spline: &TriangularSpline, e: EdgeId) -> Result<(), WriteError> {
+    let mesh = &spline.base.mesh;
+    let border: [Point3; DEGREE + 1] = curve::elevate(&spline.curves[e.index()]);
+    let same = |h: HalfEdgeId, m: usize, expected: &Point3| {
+        let found = &spline.nets[mesh.face(h).index()][index::row(DEGREE, mesh.side(h), 0, m)];
+        (0..3).all(|c| found[c].to_bits() == expected[c].to_bits())
+    };
+    let h = mesh.edge_half_edge(e);
+    let fault = |h: HalfEdgeId| Err(WriteError::Border { patch: mesh.face(h).0, edge: e.0 });
+    for (m, expected) in border.iter().enumerate() {
+        if !same(h, m, expected) {
+            return fault(h);
+        }
+        match mesh.twin(h) {
+            Some(g) if !same(g, DEGREE - m, expected) => return fault(g),
+            _ => {}
+        }
+    }
+    Ok(())
+}
