@@ -64,9 +64,8 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
 fn size(input: &Input, options: &FitOptions) -> Size {
     match (options.faces, options.tol, input.faces) {
         (Some(faces), ..) => Size::Faces(faces),
-        (None, Some(tolerance), _) => Size::Tolerance(tolerance),
         (None, None, Some(faces)) => Size::Faces(faces),
-        (None, None, None) => Size::Automatic,
+        (None, ..) => Size::Automatic,
     }
 }
 

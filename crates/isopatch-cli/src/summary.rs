@@ -58,10 +58,10 @@ fn shape(report: &Report, lines: &mut Lines) {
     };
     lines.add("topology", format!("{open}, {components}, Euler number {}, genus {}", base.euler, base.genus));
     let unit = &report.unit;
-    let volume = surface.volume.map_or_else(String::new, |v| format!(", volume {v:.6} {unit}³"));
+    let volume = surface.volume.map_or_else(String::new, |v| format!(", volume {} {unit}³", digits(v)));
     lines.add(
         "size",
-        format!("diagonal {:.6} {unit}, area {:.6} {unit}²{volume}", report.diagonal, surface.area),
+        format!("diagonal {} {unit}, area {} {unit}²{volume}", digits(report.diagonal), digits(surface.area)),
     );
 }
 
@@ -79,8 +79,9 @@ fn accuracy(report: &Report, lines: &mut Lines) {
     lines.add(
         "seams",
         format!(
-            "gap {:.1e} of the diagonal, normal jump {:.1e} rad",
-            surface.max_gap, surface.max_normal_jump_rad
+            "largest gap {} of the diagonal, largest normal jump {} rad",
+            small(surface.max_gap),
+            small(surface.max_normal_jump_rad)
         ),
     );
 }
@@ -95,7 +96,23 @@ fn times(report: &Report) -> String {
     text
 }
 
-/// A number of bytes with three digits.
+/// A number with seven digits.
+fn digits(x: f64) -> String {
+    match x.abs() {
+        a if (1e-3..1e6).contains(&a) => {
+            let decimals = (6 - a.log10().floor() as i32).clamp(0, 9) as usize;
+            format!("{x:.decimals$}")
+        }
+        _ => format!("{x:.6e}"),
+    }
+}
+
+/// A number of which the magnitude matters.
+fn small(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+}
+
+/// A number of bytes, in thousands that fit.
 fn size(bytes: u64) -> String {
     let bytes = bytes as f64;
     match bytes {
@@ -103,5 +120,24 @@ fn size(bytes: u64) -> String {
         b if b < 1e6 => format!("{:.1} kB", b / 1e3),
         b if b < 1e9 => format!("{:.1} MB", b / 1e6),
         b => format!("{:.1} GB", b / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_digits_at_every_scale() {
+        let shown = [3.377682, 12345.678, 0.0012345678, 1.5e-18, 2e9].map(digits);
+        assert_eq!(shown, ["3.377682", "12345.68", "0.001234568", "1.500000e-18", "2.000000e9"]);
+        assert_eq!([0.0, 3.9e-15].map(small), ["0", "3.9e-15"]);
+        assert_eq!([999, 1000, 1_310_000].map(size), ["999 bytes", "1.0 kB", "1.3 MB"]);
+    }
+
+    #[test]
+    fn long_inputs_are_cut() {
+        assert_eq!(title("x^2"), "x^2");
+        assert_eq!(title(&"π".repeat(200)).chars().count(), MAX_TITLE + 1);
     }
 }
