@@ -7,20 +7,25 @@ use super::polygonize::{Grid, boundary_sign, sample};
 use crate::field::Field;
 use crate::geom::{Aabb, Point3, Vec3};
 
-/// Half the edge length of the cube in which [`find_box`] looks: 2²⁴, seventeen kilometres in millimetres.
+/// Half the edge lengths of the cubes in which [`find_box`] looks, one after the other: 2³⁰ (a thousand kilometres in
+/// millimetres), 2²⁰ and 2¹⁰.
 ///
-/// Farther out, interval bounds get slow to settle the sign of formulas in which a high power of one coordinate competes
-/// with a product of others.
-pub const SEARCH_RADIUS: f64 = (1u64 << 24) as f64;
+/// Far out, interval bounds are slow to settle the sign of formulas in which a power of one coordinate competes with a
+/// product of others; a smaller cube is then tried, and nothing is known about the outside of it.
+pub const SEARCH_RADII: [f64; 3] = [(1u64 << 30) as f64, (1u64 << 20) as f64, (1u64 << 10) as f64];
 
-/// Levels of the search: enough for a surface 2⁻⁴⁰ wide in a cube of 2²⁵.
-const MAX_LEVEL: usize = 70;
+/// Levels of the search: enough for a surface 2⁻⁴⁰ wide in a cube of 2³¹.
+const MAX_LEVEL: usize = 75;
 
 /// The search stops when the surface is this many cells wide: its box is then known to some percent.
-const CELLS_ACROSS: f64 = 32.0;
+const CELLS_ACROSS: f64 = 16.0;
+
+/// It also waits until two levels leave this share of the box: far from the surface, bounds that are too wide keep cells
+/// that smaller ones lose.
+const STABLE: f64 = 0.7;
 
 /// Largest number of cells of one level of [`find_box`].
-const SEARCH_BUDGET: usize = 600_000;
+const SEARCH_BUDGET: usize = 50_000;
 
 /// Largest number of cells of one level of [`tighten`]: a millisecond or so.
 const TIGHTEN_BUDGET: usize = 16_000;
@@ -47,21 +52,23 @@ pub fn check_box(bounds: &Aabb) -> Result<(), BaseError> {
     Ok(())
 }
 
-/// A box that holds the whole surface f = 0, found by subdividing a cube of [`SEARCH_RADIUS`] around the origin.
+/// A box that holds the whole surface f = 0, found by subdividing cubes of [`SEARCH_RADII`] around the origin.
 ///
 /// Cells in which [`Field::range`] excludes zero are dropped, so nothing of the surface inside the cube is lost. Fails
-/// with [`BaseError::Unbounded`] if the surface seems to reach the sides of the cube.
+/// with [`BaseError::Unbounded`] if the surface reaches the sides of every cube, or cannot be shown not to.
 pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
-    let r = Vec3::repeat(SEARCH_RADIUS);
-    let cube = Aabb::new(-r, r);
-    let inside = |rest: &Aabb| (0..3).all(|a| rest.min[a] > cube.min[a] && rest.max[a] < cube.max[a]);
-    let rest = subdivide(field, &cube, SEARCH_BUDGET, inside)?;
-    if !inside(&rest) {
-        return Err(BaseError::Unbounded);
+    for radius in SEARCH_RADII {
+        let r = Vec3::repeat(radius);
+        let cube = Aabb::new(-r, r);
+        let inside = |rest: &Aabb| (0..3).all(|a| rest.min[a] > cube.min[a] && rest.max[a] < cube.max[a]);
+        let enclosure = subdivide(field, &cube, SEARCH_BUDGET, inside)?;
+        if enclosure.settled {
+            let rest = enclosure.bounds.grown(MARGIN * enclosure.bounds.size().max());
+            check_box(&rest)?;
+            return Ok(rest);
+        }
     }
-    let rest = rest.grown(MARGIN * rest.size().max());
-    check_box(&rest)?;
-    Ok(rest)
+    Err(BaseError::Unbounded)
 }
 
 /// The part of a box that may hold the surface, by interval bounds; with a small margin, but inside the box.
@@ -69,9 +76,16 @@ pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
 /// Fails with [`BaseError::NoSurface`] if there is none.
 pub fn tighten(field: &dyn Field, bounds: &Aabb) -> Result<Aabb, BaseError> {
     check_box(bounds)?;
-    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, |_| true)?;
+    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, |_| true)?.bounds;
     let rest = rest.grown(MARGIN * rest.size().max());
     Ok(Aabb::new(rest.min.sup(&bounds.min), rest.max.inf(&bounds.max)))
+}
+
+/// A box around what may be the surface.
+struct Enclosure {
+    bounds: Aabb,
+    /// Is it fine enough, and accepted by `may_stop`?
+    settled: bool,
 }
 
 /// Bounding box of the cells that may hold zeros of f, breadth first, until it is [`CELLS_ACROSS`] cells wide and passes
@@ -81,10 +95,11 @@ fn subdivide(
     root: &Aabb,
     budget: usize,
     may_stop: impl Fn(&Aabb) -> bool,
-) -> Result<Aabb, BaseError> {
+) -> Result<Enclosure, BaseError> {
     let mut cells = vec![*root];
     let mut size = root.size();
-    let mut rest = *root;
+    let mut bounds = *root;
+    let mut sizes = [f64::INFINITY; 2];
     for _ in 0..MAX_LEVEL {
         size *= 0.5;
         cells = cells
@@ -95,13 +110,17 @@ fn subdivide(
             let negative = field.value(root.center()) < 0.0;
             return Err(BaseError::NoSurface { negative, proven: true });
         }
-        rest = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
-        let fine = size.max() * CELLS_ACROSS <= rest.size().max();
-        if cells.len() > budget || (fine && may_stop(&rest)) {
-            break;
+        bounds = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
+        let longest = bounds.size().max();
+        let fine = size.max() * CELLS_ACROSS <= longest && may_stop(&bounds);
+        let stable = longest > STABLE * sizes[0];
+        let spent = cells.len() > budget;
+        if spent || (fine && stable) {
+            return Ok(Enclosure { bounds, settled: fine });
         }
+        sizes = [sizes[1], longest];
     }
-    Ok(rest)
+    Ok(Enclosure { bounds, settled: false })
 }
 
 fn octants(cell: &Aabb) -> [Aabb; 8] {

@@ -224,6 +224,11 @@ pub fn seed_mesh(
                 cells = next_cells;
                 continue;
             }
+            Err(BaseError::SurfaceLeavesBox { side, at }) => {
+                // The grid may stick out of the box a little.
+                let at = at.sup(&bounds.min).inf(&bounds.max);
+                return Err(BaseError::SurfaceLeavesBox { side, at });
+            }
             Err(error) => return Err(error),
         };
         let mesh = polygonize(&samples)?;
@@ -296,7 +301,7 @@ pub fn finish(
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.
-fn require_convex_corners(violations: &[Violation]) -> Result<(), BaseError> {
+pub(super) fn require_convex_corners(violations: &[Violation]) -> Result<(), BaseError> {
     let inverted = |v: &&Violation| v.limit == Limit::Corner && !(v.value > 0.0 && v.value < 180.0);
     match violations.iter().find(inverted) {
         Some(v) => Err(BaseError::InvertedCorner { at: v.at, degrees: v.value }),

@@ -124,7 +124,29 @@ pub enum BaseError {
         /// Angle of the corner in the tangent plane.
         degrees: f64,
     },
-    /// Connectivity is broken: a fault of this program.
+    /// A face of a given base mesh is no triangle.
+    #[error("face {face} of the base mesh has {corners} corners; all faces must be triangles")]
+    NotATriangle {
+        /// The face.
+        face: usize,
+        /// Its number of corners.
+        corners: usize,
+    },
+    /// A vertex of a given base mesh is infinite or not a number.
+    #[error("vertex {vertex} of the base mesh is not finite")]
+    NonFiniteVertex {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// A given base mesh has a boundary.
+    #[error("the base mesh is open: only one face has the edge between vertices {from} and {to}")]
+    OpenMesh {
+        /// One end.
+        from: u32,
+        /// The other.
+        to: u32,
+    },
+    /// Connectivity is broken.
     #[error("the base mesh is not a manifold: {0}")]
     Mesh(#[from] crate::mesh::MeshError),
 }

@@ -8,7 +8,7 @@ use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
-use super::sizing::{SizingOptions, sizes_for_count, sizes_from_errors, stretch};
+use super::sizing::{SizingOptions, UNIT_TRIANGLE, sizes_for_count, sizes_from_errors, stretch};
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 
@@ -150,8 +150,22 @@ impl Remesher<'_> {
 
     pub fn update_sizes(&mut self, faces: usize) {
         let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
-        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, faces, &self.options.sizing);
+        self.size = sizes_for_count(&self.mesh, &self.x, &self.curvature, base, &self.lean_caps(), faces, &self.options.sizing);
         self.metric = self.tensor.iter().zip(&self.normal).map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
+    }
+
+    /// Edge lengths at each vertex for which its faces would lean just as far from their normals as they may.
+    fn lean_caps(&self) -> Vec<f64> {
+        let mut cap = vec![f64::INFINITY; self.x.len()];
+        for f in self.mesh.faces() {
+            let lean = self.facing_of(f).clamp(-1.0, 1.0).acos();
+            let length = (area_vector(self.corners(f)).norm() / (2.0 * UNIT_TRIANGLE)).sqrt();
+            let longest = length * self.options.sizing.lean.to_radians() / lean;
+            for v in f {
+                cap[v as usize] = cap[v as usize].min(longest);
+            }
+        }
+        cap
     }
 
     /// Renumbers vertices after removals.
@@ -334,18 +348,14 @@ impl Remesher<'_> {
         }
     }
 
-    /// Flips that make the widest corner narrower, until there is none.
+    /// Flips that make the widest corner narrower, or faces that lean far lean less, until there is none.
     pub fn flip_for_angle(&mut self) {
         const PASSES: usize = 4;
-        // Smaller gains may alternate for ever.
-        const GAIN: f64 = 0.02;
         for _ in 0..PASSES {
             let mut flips = 0;
             let edges: Vec<u32> = self.mesh.edges().collect();
             for h in edges {
-                let [before, after] = self.compare_flip(h);
-                let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
-                if before.0 < WIDE && after.0 > before.0 + GAIN && !turns && self.mesh.can_flip(h) {
+                if self.is_better_flipped(h) && self.mesh.can_flip(h) {
                     self.mesh.flip(h);
                     flips += 1;
                 }
@@ -354,6 +364,18 @@ impl Remesher<'_> {
                 break;
             }
         }
+    }
+
+    fn is_better_flipped(&self, h: u32) -> bool {
+        // Smaller gains may alternate for ever.
+        const GAIN: f64 = 0.02;
+        // Cosine of 120°: what a flip against leaning may leave as the widest corner.
+        const WIDEST: f64 = -0.5;
+        let [before, after] = self.compare_flip(h);
+        let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
+        let narrower = before.0 < WIDE && after.0 > before.0 + GAIN && !turns;
+        let leaning = before.1 < self.options.sizing.lean.to_radians().cos();
+        narrower || (leaning && after.1 > before.1 + GAIN && after.0 > WIDEST.min(before.0))
     }
 
     pub fn smooth_repeatedly(&mut self) {

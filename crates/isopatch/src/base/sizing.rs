@@ -11,6 +11,9 @@ pub struct SizingOptions {
     /// Longest allowed edge as a share of the radius of curvature, |k|max·L. Default 1.0: between 0.9 and 1.2 the spline
     /// has been seen to be off by 0.4° at most.
     pub turn: f64,
+    /// Largest angle between a face and the normals at its corners that remeshing aims at, in degrees. Default 35: up to that
+    /// no face of a spline has been seen to be off.
+    pub lean: f64,
     /// Edge lengths stay within this factor of the mean one, up and down. Default 4.
     pub ratio: f64,
     /// Largest change of the edge length per unit of distance. Default 0.4.
@@ -30,12 +33,12 @@ pub struct SizingOptions {
 
 impl Default for SizingOptions {
     fn default() -> Self {
-        Self { turn: 1.0, ratio: 4.0, gradation: 0.4, curvature_share: 0.3, anisotropy: 1.5, longest: 0.3 }
+        Self { turn: 1.0, lean: 35.0, ratio: 4.0, gradation: 0.4, curvature_share: 0.3, anisotropy: 1.5, longest: 0.3 }
     }
 }
 
 /// Area of the equilateral triangle with edge 1.
-const UNIT_TRIANGLE: f64 = 0.433_012_701_892_219_3;
+pub(super) const UNIT_TRIANGLE: f64 = 0.433_012_701_892_219_3;
 
 /// Sweeps over the edges that spread short lengths; each sweep passes them on along the numbering, so a few are enough.
 const GRADATION_SWEEPS: usize = 12;
@@ -154,12 +157,18 @@ fn curve_middle(x: &[Point3], normal: &[Vec3], tensor: &[Mat3], a: usize, b: usi
     0.5 * (x[a] + x[b]) + (v0 - v1) * (5.0 / 32.0) + (a0 + a1) / 64.0
 }
 
+/// A face that leans too far shortens the edges by at most this factor: it may only be badly shaped.
+const STRONGEST_CAP: f64 = 0.7;
+
 /// Edge lengths at the vertices for about `faces` faces, proportional to `relative` where the limits allow.
+///
+/// `lean` holds the edge lengths for which faces would not lean too far from the surface normal.
 pub(super) fn sizes_for_count(
     mesh: &Connectivity,
     x: &[Point3],
     curvature: &[f64],
     relative: Vec<f64>,
+    lean: &[f64],
     faces: usize,
     options: &SizingOptions,
 ) -> Vec<f64> {
@@ -177,12 +186,13 @@ pub(super) fn sizes_for_count(
         .map(|l| mean * (l / reference).clamp(1.0 / options.ratio, options.ratio))
         .collect();
     limit_gradation(mesh, x, options.gradation, &mut size);
-    // Scaling all lengths changes the count, and the cap |k|max·L ≤ turn cuts some: alternate a few times.
+    // Scaling all lengths changes the count, and the caps cut some: alternate a few times.
     const ROUNDS: usize = 3;
     for _ in 0..ROUNDS {
         let factor = (predicted_faces(mesh, x, &size) / faces as f64).sqrt();
-        for (l, k) in size.iter_mut().zip(curvature) {
-            *l = (*l * factor).min(options.turn / k);
+        for ((l, k), lean) in size.iter_mut().zip(curvature).zip(lean) {
+            let length = *l * factor;
+            *l = length.min(options.turn / k).min(lean.max(STRONGEST_CAP * length));
         }
     }
     let factor = (predicted_faces(mesh, x, &size) / faces as f64).sqrt();

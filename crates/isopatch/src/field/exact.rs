@@ -5,8 +5,9 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 
-/// Numerators and denominators beyond this many bits are not kept exactly; every finite float fits.
-const MAX_BITS: u64 = 2400;
+/// Numerators and denominators beyond this many bits are not kept exactly: each alone must fit a float, so that
+/// a formula can be printed and read again.
+const MAX_BITS: u64 = 1023;
 /// Longest decimal that is kept exactly, in characters.
 const MAX_DECIMAL: usize = 600;
 

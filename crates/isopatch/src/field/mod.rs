@@ -1,4 +1,9 @@
 //! Scalar functions of space: what an implicit surface is the zero set of.
+//!
+//! A [`Formula`] goes through four forms, one file each: text → tokens → an expression with exact
+//! constants, as typed, from which polynomials and diagnoses are made → a graph of operations on floats, each once,
+//! and the graphs of its derivatives → tapes, which are evaluated with floats in blocks or at a point, with
+//! intervals, and with running error bounds.
 
 mod constants;
 mod diagnose;

@@ -11,18 +11,38 @@ const INPUTS: usize = 3;
 const LARGEST_BLOCK: usize = 512;
 /// Shortest block, whatever the number of registers.
 const SMALLEST_BLOCK: usize = 16;
-/// Floats in the registers of a block: 24 KiB, to stay in the first-level cache beside inputs and outputs.
-const SCRATCH: usize = 3072;
+/// Floats in the registers of a block: 48 KiB. Measured: shorter blocks lose more to decoding than longer ones to
+/// the first-level cache, because an instruction touches only a few registers.
+const SCRATCH: usize = 6144;
 /// Slots of the evaluations on the stack, by size of tape; larger tapes take their slots from the heap.
 const SMALL_TAPE: usize = 32;
 const MEDIUM_TAPE: usize = 128;
 
+/// What is done at once with the result of an operation that nothing else reads: saves a write and a read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Second {
+    Nothing,
+    /// result + c
+    Add,
+    /// result − c
+    Sub,
+    /// c − result
+    From,
+    /// result · c
+    Mul,
+    /// result²
+    Square,
+}
+
+/// out = second(op(a, b), c). Operands are numbers of nodes at first, slots in the end.
 #[derive(Clone, Copy, Debug)]
 struct Instruction {
     op: Op,
+    second: Second,
     out: u32,
     a: u32,
     b: u32,
+    c: u32,
 }
 
 /// Straight-line code with several outputs. An instruction never writes to a slot that it reads.
@@ -38,7 +58,6 @@ impl Tape {
     /// Code for the given nodes of a graph; registers are reused once their value is no longer needed.
     pub(super) fn new(graph: &Graph, outputs: &[NodeId]) -> Self {
         let needed = graph.reachable(outputs);
-        let last_use = last_uses(graph, outputs, &needed);
         let mut constants = Vec::new();
         let mut slots = vec![0_u32; needed.len()];
         for id in (0..needed.len()).filter(|&id| needed[id]) {
@@ -52,18 +71,24 @@ impl Tape {
             }
         }
         let first_register = INPUTS + constants.len();
-        let (mut code, mut registers, mut free) = (Vec::new(), 0, Vec::new());
-        for id in (0..needed.len()).filter(|&id| needed[id]) {
-            let Node::Apply(op, a, b) = graph.node(id as NodeId) else { continue };
+        let mut code = fused(graph, outputs, &needed);
+        let last_use = last_uses(&code, outputs, needed.len());
+        let (mut registers, mut free) = (0, Vec::new());
+        for i in &mut code {
+            let id = i.out;
+            let mut operands = [i.a, i.b, i.c];
             let out = free.pop().unwrap_or_else(|| {
                 registers += 1;
                 (first_register + registers - 1) as u32
             });
-            slots[id] = out;
-            code.push(Instruction { op, out, a: slots[a as usize], b: slots[b as usize] });
-            for (k, operand) in [a, b].into_iter().enumerate() {
+            slots[id as usize] = out;
+            let at = operands.map(|operand| slots[operand as usize]);
+            *i = Instruction { out, a: at[0], b: at[1], c: at[2], ..*i };
+            operands.sort_unstable();
+            for (k, &operand) in operands.iter().enumerate() {
                 let is_register = slots[operand as usize] as usize >= first_register;
-                if is_register && last_use[operand as usize] == id && (k == 0 || a != b) {
+                let is_repeated = k > 0 && operands[k - 1] == operand;
+                if is_register && !is_repeated && last_use[operand as usize] == id {
                     free.push(slots[operand as usize]);
                 }
             }
@@ -75,7 +100,7 @@ impl Tape {
     /// Number of operations.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
-        self.code.len()
+        self.code.iter().map(|i| if i.second == Second::Nothing { 1 } else { 2 }).sum()
     }
 
     fn slots(&self) -> usize {
@@ -86,8 +111,8 @@ impl Tape {
     #[inline]
     pub(super) fn evaluate<N: Number, const OUTPUTS: usize>(&self, inputs: [N; 3]) -> [N; OUTPUTS] {
         match self.slots() {
-            ..=SMALL_TAPE => self.evaluate_in(inputs, &mut [N::ZERO; SMALL_TAPE]),
-            ..=MEDIUM_TAPE => self.evaluate_in(inputs, &mut [N::ZERO; MEDIUM_TAPE]),
+            n if n <= SMALL_TAPE => self.evaluate_in(inputs, &mut [N::ZERO; SMALL_TAPE]),
+            n if n <= MEDIUM_TAPE => self.evaluate_in(inputs, &mut [N::ZERO; MEDIUM_TAPE]),
             n => self.evaluate_in(inputs, &mut vec![N::ZERO; n]),
         }
     }
@@ -98,7 +123,8 @@ impl Tape {
             *slot = N::constant(constant);
         }
         for i in &self.code {
-            slots[i.out as usize] = N::apply(i.op, slots[i.a as usize], slots[i.b as usize]);
+            let first = N::apply(i.op, slots[i.a as usize], slots[i.b as usize]);
+            slots[i.out as usize] = i.second.apply(first, slots[i.c as usize]);
         }
         std::array::from_fn(|k| slots[self.outputs[k] as usize])
     }
@@ -188,20 +214,97 @@ impl Tape {
                 self.source(slot, inputs, before, block, length)
             }
         };
-        apply_block(i.op, &mut out[..length], operand(i.a), operand(i.b));
+        apply_block(i, &mut out[..length], operand(i.a), operand(i.b), operand(i.c));
+    }
+}
+
+impl Second {
+    #[inline(always)]
+    fn apply<N: Number>(self, result: N, c: N) -> N {
+        match self {
+            Self::Nothing => result,
+            Self::Add => N::apply(Op::Add, result, c),
+            Self::Sub => N::apply(Op::Sub, result, c),
+            Self::From => N::apply(Op::Sub, c, result),
+            Self::Mul => N::apply(Op::Mul, result, c),
+            Self::Square => N::apply(Op::Square, result, result),
+        }
+    }
+}
+
+/// The needed operations in order, each with the operation that alone reads its result, where there is one and
+/// both are sums, differences, products or squares. Operands are numbers of nodes.
+fn fused(graph: &Graph, outputs: &[NodeId], needed: &[bool]) -> Vec<Instruction> {
+    let mut readers = vec![0_u32; needed.len()];
+    outputs.iter().for_each(|&id| readers[id as usize] += 1);
+    let operations = || {
+        (0..needed.len() as NodeId).filter(|&id| needed[id as usize]).filter_map(|id| match graph.node(id) {
+            Node::Apply(op, a, b) => Some((id, op, a, b)),
+            _ => None,
+        })
+    };
+    for (_, op, a, b) in operations() {
+        readers[a as usize] += 1;
+        readers[b as usize] += u32::from(!op.is_unary());
+    }
+    // Is the result of this node formed within its reader, or does it hold a second operation already?
+    let mut taken = vec![false; needed.len()];
+    let mut pairs = vec![None; needed.len()];
+    for (id, op, a, b) in operations() {
+        let is_free = |operand: NodeId, taken: &[bool]| {
+            let is_simple = matches!(graph.node(operand), Node::Apply(op, ..) if is_simple(op));
+            is_simple && readers[operand as usize] == 1 && !taken[operand as usize]
+        };
+        let inner = match second(op) {
+            Some(kind) if is_free(a, &taken) => Some((a, kind, b)),
+            Some(kind) if !op.is_unary() && is_free(b, &taken) => {
+                Some((b, if kind == Second::Sub { Second::From } else { kind }, a))
+            }
+            _ => None,
+        };
+        if let Some((operand, kind, other)) = inner {
+            taken[operand as usize] = true;
+            taken[id as usize] = true;
+            pairs[id as usize] = Some((operand, kind, if kind == Second::Square { operand } else { other }));
+        }
+    }
+    let is_inside = |id: NodeId| taken[id as usize] && pairs[id as usize].is_none();
+    operations()
+        .filter(|(id, ..)| !is_inside(*id))
+        .map(|(id, op, a, b)| match pairs[id as usize] {
+            Some((inner, second, c)) => match graph.node(inner) {
+                Node::Apply(op, a, b) => {
+                    let c = if second == Second::Square { a } else { c };
+                    Instruction { op, second, out: id, a, b, c }
+                }
+                _ => Instruction { op, second: Second::Nothing, out: id, a, b, c: a },
+            },
+            None => Instruction { op, second: Second::Nothing, out: id, a, b, c: a },
+        })
+        .collect()
+}
+
+fn is_simple(op: Op) -> bool {
+    matches!(op, Op::Add | Op::Sub | Op::Mul | Op::Square)
+}
+
+fn second(op: Op) -> Option<Second> {
+    match op {
+        Op::Add => Some(Second::Add),
+        Op::Sub => Some(Second::Sub),
+        Op::Mul => Some(Second::Mul),
+        Op::Square => Some(Second::Square),
+        _ => None,
     }
 }
 
 /// For every node, the last instruction that reads it; outputs are read after the end.
-fn last_uses(graph: &Graph, outputs: &[NodeId], needed: &[bool]) -> Vec<usize> {
-    let mut last_use = vec![0; needed.len()];
-    for id in (0..needed.len()).filter(|&id| needed[id]) {
-        if let Node::Apply(_, a, b) = graph.node(id as NodeId) {
-            last_use[a as usize] = id;
-            last_use[b as usize] = id;
-        }
+fn last_uses(code: &[Instruction], outputs: &[NodeId], nodes: usize) -> Vec<NodeId> {
+    let mut last_use = vec![0; nodes];
+    for i in code {
+        [i.a, i.b, i.c].into_iter().for_each(|operand| last_use[operand as usize] = i.out);
     }
-    outputs.iter().for_each(|&id| last_use[id as usize] = usize::MAX);
+    outputs.iter().for_each(|&id| last_use[id as usize] = NodeId::MAX);
     last_use
 }
 
@@ -212,15 +315,35 @@ enum Source<'a> {
     One(f64),
 }
 
-/// `out` = op(a, b) for a block, by the same scalar code as at a single point; one loop per operation and kind of
-/// operand, so that the compiler can use vector instructions.
-fn apply_block(op: Op, out: &mut [f64], a: Source<'_>, b: Source<'_>) {
-    macro_rules! loops {
+/// One instruction for a block, by the same scalar code as at a single point; a loop for every operation, pair of
+/// operations and kind of operand, so that the compiler can use vector instructions.
+fn apply_block(i: Instruction, out: &mut [f64], a: Source<'_>, b: Source<'_>, c: Source<'_>) {
+    macro_rules! single {
         ($($op:pat => $same:expr),* $(,)?) => {
-            match op { $($op => fill(out, a, b, |a, b| f64::apply($same, a, b)),)* }
+            match i.op { $($op => fill(out, a, b, |a, b| f64::apply($same, a, b)),)* }
         };
     }
-    loops! {
+    macro_rules! pairs {
+        ($($op:ident),*) => {
+            match i.op {
+                $(Op::$op => match i.second {
+                    Second::Add => fill_pair(out, a, b, c, |a, b, c| Second::Add.apply(f64::apply(Op::$op, a, b), c)),
+                    Second::Sub => fill_pair(out, a, b, c, |a, b, c| Second::Sub.apply(f64::apply(Op::$op, a, b), c)),
+                    Second::From => fill_pair(out, a, b, c, |a, b, c| Second::From.apply(f64::apply(Op::$op, a, b), c)),
+                    Second::Mul => fill_pair(out, a, b, c, |a, b, c| Second::Mul.apply(f64::apply(Op::$op, a, b), c)),
+                    Second::Square => fill(out, a, b, |a, b| Second::Square.apply(f64::apply(Op::$op, a, b), a)),
+                    Second::Nothing => {}
+                },)*
+                // Other operations are never the first of a pair.
+                _ => {}
+            }
+        };
+    }
+    if i.second != Second::Nothing {
+        pairs!(Add, Sub, Mul, Square);
+        return;
+    }
+    single! {
         Op::Neg => Op::Neg, Op::Add => Op::Add, Op::Sub => Op::Sub, Op::Mul | Op::Power(_) => Op::Mul,
         Op::Div => Op::Div, Op::Square => Op::Square, Op::Sqrt => Op::Sqrt, Op::Abs => Op::Abs,
         Op::Exp => Op::Exp, Op::Log => Op::Log, Op::Sin => Op::Sin, Op::Cos => Op::Cos, Op::Tan => Op::Tan,
@@ -249,6 +372,26 @@ fn fill(out: &mut [f64], a: Source<'_>, b: Source<'_>, f: impl Fn(f64, f64) -> f
             }
         }
         (Source::One(a), Source::One(b)) => out.fill(f(a, b)),
+    }
+}
+
+#[inline(always)]
+fn fill_pair(out: &mut [f64], a: Source<'_>, b: Source<'_>, c: Source<'_>, f: impl Fn(f64, f64, f64) -> f64) {
+    match (a, b) {
+        (Source::Many(a), Source::Many(b)) => match c {
+            Source::Many(c) => {
+                for (((out, &a), &b), &c) in out.iter_mut().zip(a).zip(b).zip(c) {
+                    *out = f(a, b, c);
+                }
+            }
+            Source::One(c) => {
+                for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+                    *out = f(a, b, c);
+                }
+            }
+        },
+        (Source::One(a), b) => fill(out, b, c, |b, c| f(a, b, c)),
+        (a, Source::One(b)) => fill(out, a, c, |a, c| f(a, b, c)),
     }
 }
 

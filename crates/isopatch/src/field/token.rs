@@ -108,7 +108,7 @@ fn raised_digit(c: char) -> Option<char> {
 /// Splits a formula into tokens.
 pub(super) fn tokenize(text: &str, constants: &Constants) -> Result<Vec<Token>, Problem> {
     let chars: Vec<char> = text.chars().collect();
-    let mut lexer = Lexer { chars: &chars, at: 0, constants, tokens: Vec::new() };
+    let mut lexer = Lexer { chars: &chars, at: 0, run_end: 0, constants, tokens: Vec::new() };
     while lexer.at < chars.len() {
         lexer.next()?;
     }
@@ -118,6 +118,8 @@ pub(super) fn tokenize(text: &str, constants: &Constants) -> Result<Vec<Token>, 
 struct Lexer<'a> {
     chars: &'a [char],
     at: usize,
+    /// End of the run of letters and digits that was met last.
+    run_end: usize,
     constants: &'a Constants,
     tokens: Vec<Token>,
 }
@@ -206,8 +208,11 @@ impl Lexer<'_> {
 
     /// A run of letters and digits, split into the longest known names.
     fn names(&mut self) -> Result<(), Problem> {
-        let run = self.chars[self.at..].iter().take_while(|c| is_name_part(**c)).count();
-        let end = self.at + run;
+        if self.at >= self.run_end {
+            let run = self.chars[self.at..].iter().take_while(|c| is_name_part(**c)).count();
+            self.run_end = self.at + run;
+        }
+        let end = self.run_end;
         // A name that can't be split is reported from behind the variables that it starts with: w in xyw.
         let mut culprit = self.at;
         while self.at < end {

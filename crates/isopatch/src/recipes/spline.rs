@@ -4,6 +4,7 @@ use super::differentiable::{Defect, explain, find_defect};
 use crate::base::{self, BaseError, BaseOptions, FieldTarget};
 use crate::field::Formula;
 use crate::geom::Aabb;
+use crate::io::read::PolygonMesh;
 use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
 use crate::report::{Repair, Seconds, SplineReport};
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
@@ -25,6 +26,9 @@ pub struct SplineRecipe {
     pub bounds: Option<Aabb>,
     /// Number of patches.
     pub size: Size,
+    /// Connectivity and approximate vertices of the base mesh; made from the surface if none is given. With a given
+    /// mesh `size` has no say.
+    pub given: Option<PolygonMesh>,
     /// Base mesh.
     pub base: BaseOptions,
     /// Boundary curves.
@@ -91,7 +95,11 @@ pub fn fit(
         Size::Faces(n) => Some(n),
     };
     let options = BaseOptions { faces, ..recipe.base };
-    let outcome = stage.run("base mesh", || base::build(&formula, &bounds, &options)).map_err(blame)?;
+    let outcome = stage.run("base mesh", || match &recipe.given {
+        Some(mesh) => base::from_mesh(&formula, &mesh.positions, &mesh.faces, &options),
+        None => base::build(&formula, &bounds, &options),
+    });
+    let outcome = outcome.map_err(blame)?;
     if let Some(defect) = stage.run("base mesh", || find_defect(&formula, &outcome.base)) {
         return Err(defect.into());
     }

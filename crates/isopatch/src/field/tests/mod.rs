@@ -21,5 +21,5 @@ pub(super) const GYROID: &str = "sin(x)cos(y)+sin(y)cos(z)+sin(z)cos(x)";
 pub(super) const POLYNOMIALS: [&str; 6] = [SPHERE, SEXTIC, EIGHT, PRODUCT, CHAIR, DECOCUBE];
 
 pub(super) fn formula(text: &str) -> Formula {
-    Formula::parse(text, &Constants::new()).unwrap_or_else(|error| panic!("{error}"))
+    Formula::parse(text, &Constants::new()).map_err(|error| error.to_string()).expect("a formula")
 }
