@@ -4,6 +4,7 @@ use crate::config::ConfigError;
 use crate::input::InputError;
 use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
+use isopatch::io::read::ReadError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
@@ -34,8 +35,8 @@ pub enum Failure {
     Recipe(#[from] RecipeError),
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
-    #[error("{}: {source}", path.display())]
-    Mesh { path: PathBuf, source: isopatch::io::read::ReadError },
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
     #[error("{} names no formula to measure against: give one with --against", .0.display())]
     NoFormula(PathBuf),
     #[error(transparent)]
@@ -65,7 +66,7 @@ impl Failure {
             Self::Input(_)
             | Self::Recipe(_)
             | Self::Native { .. }
-            | Self::Mesh { .. }
+            | Self::Mesh(_)
             | Self::NoFormula(_)
             | Self::Output(_)
             | Self::Tessellate(_)

@@ -12,8 +12,10 @@ use crate::summary::summary;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
+use isopatch::io::read::read_mesh;
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
 use isopatch::report::{self, BaseReport, Report, SCHEMA, SplineReport, SurfaceReport};
+use isopatch::surface::Continuity;
 use std::path::Path;
 
 pub fn run(arguments: &Fit) -> Result<(), Failure> {
@@ -56,6 +58,7 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
     let recipe = SplineRecipe {
         bounds: options.bounds.or(input.bounds),
         size: size(input, options),
+        given: options.base.as_deref().map(read_mesh).transpose()?,
         ..Default::default()
     };
     Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)
@@ -99,9 +102,9 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
         unit: options.unit.unwrap_or_default().symbol().to_owned(),
         negated: fitted.negated,
         diagonal: inspection.diagonal,
-        bounds: report::bounds(&inspection.extent.bounds),
+        bounds: report::corners(&fitted.surface.base.bounds()),
         base: BaseReport::new(inspection),
-        surface: SurfaceReport::new(inspection, "bezier-triangle-7", "G1"),
+        surface: SurfaceReport::new(inspection, "bezier-triangle-7", Continuity::G1),
         spline: Some(SplineReport {
             folded: deviation.map_or(0, |d| d.folded),
             faces_over_20deg: deviation.map_or(0, |d| d.over_limit),

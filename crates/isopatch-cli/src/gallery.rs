@@ -27,7 +27,7 @@ impl<'a> From<&'a Entry> for Listed<'a> {
             title: &entry.title,
             formula: &entry.formula,
             constants: entry.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
-            bounds: entry.bounds.as_ref().map(report::bounds),
+            bounds: entry.bounds.as_ref().map(report::corners),
             faces: entry.faces,
             origin: &entry.origin,
         }

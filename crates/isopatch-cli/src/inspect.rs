@@ -11,6 +11,7 @@ use isopatch::geom::{Point3, Vec3};
 use isopatch::inspect::{InspectOptions, inspect};
 use isopatch::io::native::{NativeModel, read_native};
 use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
+use isopatch::surface::Continuity;
 use std::fs::File;
 use std::path::Path;
 
@@ -38,9 +39,9 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
         unit: model.provenance.unit.symbol().to_owned(),
         negated: false,
         diagonal: inspection.diagonal,
-        bounds: report::bounds(&inspection.extent.bounds),
+        bounds: report::corners(&spline.base.bounds()),
         base: BaseReport::new(&inspection),
-        surface: SurfaceReport::new(&inspection, "bezier-triangle-7", "G1"),
+        surface: SurfaceReport::new(&inspection, "bezier-triangle-7", Continuity::G1),
         spline: None,
         repairs: Vec::new(),
         seconds,

@@ -34,7 +34,7 @@ pub fn provenance(
         set: input.assignments.clone(),
         level: options.level,
         negated: fitted.negated,
-        r#box: Some(report::bounds(&fitted.bounds)),
+        r#box: Some(report::corners(&fitted.bounds)),
     };
     Ok(Provenance {
         options: serde_json::to_string(&making)?,
