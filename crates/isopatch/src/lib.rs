@@ -31,6 +31,8 @@
 //!    nothing before has used; [`report`] puts the figures into one JSON object.
 //! 7. **Files.** [`io`] writes the patches exactly (STEP, VTK), or the triangles of [`tessellate`] (meshes).
 //!
+//! [`recipes`] has whole runs, from a formula to a surface.
+//!
 //! Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`] (quadrature) and [`bernstein`], which owns
 //! the order of control points and draws it.
 //!

@@ -2,6 +2,7 @@
 //!
 //! A module may use what stands below it in [`BELOW`], directly or through others. Paths are found where they are
 //! written out, in `use` trees and in expressions; code under `#[cfg(test)]` is free to use anything.
+#![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

@@ -1,4 +1,5 @@
 //! Every crate that isopatch is built or tested with has a licence of [`ALLOWED`] (no GPL, LGPL or AGPL).
+#![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
 
 use serde_json::Value;
 use std::process::Command;

@@ -10,7 +10,7 @@ use super::error::BaseError;
 use super::polygonize::{Grid, TriangleMesh, check_samples, polygonize, sample};
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::{RemeshOptions, remesh};
-use super::shape::largest_curvature;
+use super::shape::{largest_curvature, unit_or_zero};
 use super::singular::find_singular;
 use super::sizing::automatic_count;
 use super::validity::{Limit, ValidityLimits, Violation, validity};
@@ -19,7 +19,7 @@ use crate::geom::{Aabb, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
 /// Settings of [`build`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseOptions {
     /// Exact number of faces; an odd one is raised by one, as a closed triangle mesh has an even number. None: as many as
     /// the curvature asks for.
@@ -32,23 +32,12 @@ pub struct BaseOptions {
     pub limits: ValidityLimits,
 }
 
-impl Default for BaseOptions {
-    fn default() -> Self {
-        Self {
-            faces: None,
-            seed: SeedOptions::default(),
-            remesh: RemeshOptions::default(),
-            limits: ValidityLimits::default(),
-        }
-    }
-}
-
 /// Settings of [`seed_mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeedOptions {
     /// Cells along the longest side of the surface's box in the first grid. Default 40.
     pub cells: usize,
-    /// Largest number of cells along the longest side. Default 256.
+    /// Largest number of cells along the longest side. Default 210: ten million samples at most, some 200 MB.
     pub most_cells: usize,
     /// How much finer each grid is than the one before. Default 1.5.
     pub refinement: f64,
@@ -61,7 +50,7 @@ pub struct SeedOptions {
 
 impl Default for SeedOptions {
     fn default() -> Self {
-        Self { cells: 40, most_cells: 256, refinement: 1.5, turn: 1.0, surplus: 3.0 }
+        Self { cells: 40, most_cells: 210, refinement: 1.5, turn: 1.0, surplus: 3.0 }
     }
 }
 
@@ -104,30 +93,44 @@ pub struct Seed {
     pub diagonal: f64,
 }
 
-/// A base mesh of the closed surface f = 0 inside a box: [`seed_mesh`], [`decimate`], [`remesh`], [`finish`].
-///
-/// Faces are counter-clockwise seen from where f > 0.
+/// A base mesh of the closed surface f = 0 inside a box: [`seed_mesh`], then [`base_from_seed`].
 pub fn build(field: &dyn Field, bounds: &Aabb, options: &BaseOptions) -> Result<BaseOutcome, BaseError> {
+    let seed = seed_mesh(field, bounds, options.faces, &options.seed)?;
+    base_from_seed(field, &seed, options)
+}
+
+/// The base mesh over a seed mesh: [`decimate`], [`remesh`], [`finish`].
+///
+/// Faces are counter-clockwise seen from where f > 0. If no spline surface could be built over a mesh with so few faces,
+/// the error names a count that works; an automatic count is raised instead.
+pub fn base_from_seed(
+    field: &dyn Field,
+    seed: &Seed,
+    options: &BaseOptions,
+) -> Result<BaseOutcome, BaseError> {
     let mut repairs = Vec::new();
-    let wanted = options.faces.map(|f| f + f % 2);
-    let seed = seed_mesh(field, bounds, wanted, &options.seed)?;
-    let faces = wanted.unwrap_or_else(|| seed.automatic_faces(&options.remesh));
-    if let Some(asked) = options.faces.filter(|f| *f != faces) {
-        repairs.push(Repair {
-            what: format!("{faces} faces instead of {asked}"),
-            place: "whole mesh".into(),
-            why: "a closed triangle mesh has an even number of faces".into(),
-        });
-    }
-    let base = match shaped(field, &seed, faces, options) {
+    let faces = match options.faces {
+        None => seed.automatic_faces(&options.remesh),
+        Some(asked) if asked % 2 == 0 => asked,
+        Some(asked) => {
+            repairs.push(Repair {
+                what: format!("{} faces instead of {asked}", asked + 1),
+                place: "whole mesh".into(),
+                why: "a closed triangle mesh has an even number of faces".into(),
+            });
+            asked + 1
+        }
+    };
+    let base = match shaped(field, seed, faces, options) {
         Ok(base) => base,
-        Err(error) => {
-            let (least, base) = least_that_works(field, &seed, faces, options).ok_or(error)?;
+        Err(error @ (BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })) => {
+            let (least, base) = least_that_works(field, seed, faces, options).ok_or(error)?;
             if let Some(asked) = options.faces {
                 return Err(BaseError::TooFewFaces { asked, least });
             }
             base
         }
+        Err(error) => return Err(error),
     };
     let violations = validity(&base, &options.limits);
     Ok(BaseOutcome { base, repairs, violations })
@@ -210,7 +213,7 @@ pub fn seed_mesh(
     let mut cells = options.cells.max(4);
     let mut last: Option<(i64, usize)> = None;
     loop {
-        let next_cells = (cells as f64 * options.refinement).ceil() as usize;
+        let mut next_cells = (cells as f64 * options.refinement).ceil() as usize;
         let finest = next_cells > options.most_cells;
         let samples = sample(field, &Grid::covering(&region, cells));
         let negative_outside = match check_samples(&samples) {
@@ -235,7 +238,9 @@ pub fn seed_mesh(
         let step = samples.grid.step;
         let topology = (mesh.euler_number(), mesh.component_count());
         let around = Aabb::around(&mesh.positions);
-        let enough = faces.is_none_or(|f| mesh.faces.len() as f64 >= options.surplus * f as f64);
+        let wanted = options.surplus * faces.unwrap_or(0) as f64;
+        let fine_faces = mesh.faces.len() as f64;
+        let enough = fine_faces >= wanted;
         if (last == Some(topology) && enough) || finest {
             let seed = describe(field, mesh, negative_outside, step);
             if let Some(at) = find_singular(field, &seed.mesh.positions, step) {
@@ -244,6 +249,7 @@ pub fn seed_mesh(
                     Some(side) => BaseError::SurfaceLeavesBox { side, at },
                 });
             }
+            require_surface(field, &seed)?;
             let resolved = seed.curvatures.iter().filter(|k| **k * step > options.turn).count()
                 <= seed.curvatures.len() / UNRESOLVED_SHARE;
             if last == Some(topology) && (resolved || finest) {
@@ -258,9 +264,15 @@ pub fn seed_mesh(
         let narrow = around.grown(2.0 * step);
         region = Aabb::new(narrow.min.sup(&enclosure.min), narrow.max.inf(&enclosure.max));
         last = Some(topology);
+        // No finer than needed for the number of faces, which grows with the square of the cells.
+        let needed = cells as f64 * (1.1 * wanted / fine_faces).sqrt();
+        next_cells = next_cells.min((needed as usize).max((cells as f64 * LEAST_REFINEMENT).ceil() as usize));
         cells = next_cells;
     }
 }
+
+/// Grids differ at least by this factor, so that equal topologies say something.
+const LEAST_REFINEMENT: f64 = 1.25;
 
 /// One vertex in so many may have a larger curvature than the grid resolves.
 const UNRESOLVED_SHARE: usize = 100;
@@ -272,12 +284,26 @@ fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step:
         .map(|p| {
             let jet = field.jet(*p);
             let k = largest_curvature(&jet.curvature_tensor());
-            let n = jet.gradient.normalize();
-            (if n.x.is_finite() { n } else { Vec3::zeros() }, if k.is_finite() { k } else { 0.0 })
+            (unit_or_zero(&jet.gradient), if k.is_finite() { k } else { 0.0 })
         })
         .unzip();
     let diagonal = Aabb::around(&mesh.positions).diagonal();
     Seed { mesh, normals, curvatures, negative_outside, step, diagonal }
+}
+
+/// A sign change need not be a zero: if more vertices than this share cannot be projected, it is something else.
+const STRAY_SHARE: f64 = 0.01;
+
+/// Fails if the sign changes at a pole or a jump instead of a zero.
+fn require_surface(field: &dyn Field, seed: &Seed) -> Result<(), BaseError> {
+    let mut positions = seed.mesh.positions.clone();
+    let report = project_positions(field, &mut positions, seed.diagonal, &ProjectOptions::default());
+    match report.failures.first() {
+        Some(i) if report.failures.len() as f64 > STRAY_SHARE * positions.len() as f64 => {
+            Err(BaseError::NotOnSurface { at: seed.mesh.positions[*i] })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Projects the vertices once more, now to the full tolerance, and takes normals and curvatures from the field.

@@ -21,7 +21,7 @@ fn next(h: u32) -> u32 {
 }
 
 fn prev(h: u32) -> u32 {
-    if h % 3 == 0 { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 impl Connectivity {
@@ -236,7 +236,8 @@ impl Connectivity {
         }
         let renumber = |h: u32| 3 * new_face[h as usize / 3] + h % 3;
         let live = |h: &usize| self.origin[*h] != NONE;
-        let origin = (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
+        let origin =
+            (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
         let twin = (0..self.origin.len()).filter(live).map(|h| renumber(self.twin[h])).collect();
         let outgoing = kept.iter().map(|v| renumber(self.outgoing[*v as usize])).collect();
         *self = Self { origin, twin, outgoing, face_count: self.face_count };
@@ -245,6 +246,7 @@ impl Connectivity {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
     use crate::mesh::HalfEdgeMesh;
@@ -256,7 +258,10 @@ mod tests {
         for h in 0..mesh.half_edge_bound() {
             if mesh.is_half_edge(h) {
                 assert_eq!(mesh.twin(mesh.twin(h)), h);
-                assert_eq!((mesh.origin(h), mesh.dest(h)), (mesh.dest(mesh.twin(h)), mesh.origin(mesh.twin(h))));
+                assert_eq!(
+                    (mesh.origin(h), mesh.dest(h)),
+                    (mesh.dest(mesh.twin(h)), mesh.origin(mesh.twin(h)))
+                );
             }
         }
         for v in mesh.vertices() {

@@ -17,13 +17,15 @@ struct Quadric {
 }
 
 impl Quadric {
-    const ZERO: Self = Self { a: Mat3::new(0., 0., 0., 0., 0., 0., 0., 0., 0.), b: Vec3::new(0., 0., 0.), c: 0.0 };
-
     /// weight · ((x − p)·n)² + weight · pull · |x − p|².
     fn plane(p: &Point3, n: &Vec3, weight: f64, pull: f64) -> Self {
         let a = weight * (n * n.transpose() + pull * Mat3::identity());
         let b = a * p;
         Self { a, b, c: p.dot(&b) }
+    }
+
+    fn zero() -> Self {
+        Self { a: Mat3::zeros(), b: Vec3::zeros(), c: 0.0 }
     }
 
     fn add(&mut self, other: &Self) {
@@ -36,8 +38,12 @@ impl Quadric {
         x.dot(&(self.a * x - 2.0 * self.b)) + self.c
     }
 
+    /// A⁻¹ b, by the columns' cross products (A is symmetric).
     fn minimum(&self) -> Option<Point3> {
-        self.a.cholesky().map(|l| l.solve(&self.b)).filter(|x| x.iter().all(|c| c.is_finite()))
+        let [p, q, r] = [0, 1, 2].map(|i| self.a.column(i).into_owned());
+        let qr = q.cross(&r);
+        let x = Vec3::new(qr.dot(&self.b), r.cross(&p).dot(&self.b), p.cross(&q).dot(&self.b)) / p.dot(&qr);
+        x.iter().all(|c| c.is_finite()).then_some(x)
     }
 }
 
@@ -93,7 +99,7 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
 }
 
 fn quadrics(positions: &[Point3], faces: &[[u32; 3]]) -> Vec<Quadric> {
-    let mut quadrics = vec![Quadric::ZERO; positions.len()];
+    let mut quadrics = vec![Quadric::zero(); positions.len()];
     for face in faces {
         let [a, b, c] = face.map(|v| positions[v as usize]);
         let n = (b - a).cross(&(c - a));
@@ -167,7 +173,9 @@ impl Decimation {
             let area = (self.positions[v as usize] - x).cross(&(self.positions[w as usize] - x));
             let least = limit * area.norm();
             area.norm_squared() > 0.0
-                && [n, &self.normals[v as usize], &self.normals[w as usize]].iter().all(|m| area.dot(m) > least)
+                && [n, &self.normals[v as usize], &self.normals[w as usize]]
+                    .iter()
+                    .all(|m| area.dot(m) > least)
         };
         self.mesh.ring(a).all(looks_out) && self.mesh.ring(b).all(looks_out)
     }

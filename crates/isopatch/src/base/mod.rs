@@ -32,11 +32,14 @@ mod validity;
 #[cfg(test)]
 mod test_fields;
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};
 pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
-pub use build::{BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, build, finish, seed_mesh};
+pub use build::{
+    BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, base_from_seed, build, finish, seed_mesh,
+};
 pub use decimate::decimate;
 pub use error::{BaseError, BoxSide};
 pub use given::from_mesh;

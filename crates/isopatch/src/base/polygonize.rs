@@ -190,7 +190,8 @@ enum Corner {
     Center(u32),
 }
 
-/// The zero set of the samples as a closed, oriented 2-manifold: marching cubes with the cases of [`super::cube_cases`].
+/// The zero set of the samples as a closed, oriented 2-manifold: marching cubes with all cases resolved
+/// so that neighbouring cells agree and no edge gets more than two faces.
 ///
 /// f < 0 counts as inside, everything else (zero and NaN too) as outside. Vertices are where the linear
 /// interpolation along a grid edge vanishes, but not within [`END_GAP`] of its ends; they are near the surface, not on
@@ -271,8 +272,7 @@ fn cell_faces(
     first: [u32; 2],
 ) -> Result<LayerFaces, BaseError> {
     let (nx, ny) = (samples.grid.nodes(0), samples.grid.nodes(1));
-    let corner_offset: [usize; 8] =
-        std::array::from_fn(|c| (c & 1) + (c >> 1 & 1) * nx + (c >> 2) * nx * ny);
+    let corner_offset: [usize; 8] = std::array::from_fn(|c| (c & 1) + (c >> 1 & 1) * nx + (c >> 2) * nx * ny);
     let mut out = LayerFaces::default();
     for j in 0..samples.grid.cells[1] {
         for i in 0..samples.grid.cells[0] {

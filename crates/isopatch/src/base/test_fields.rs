@@ -115,7 +115,10 @@ impl Mul for Range {
             return Self(f64::NEG_INFINITY, f64::INFINITY);
         }
         let p = [self.0 * o.0, self.0 * o.1, self.1 * o.0, self.1 * o.1];
-        Self::outward(p.into_iter().fold(f64::INFINITY, f64::min), p.into_iter().fold(-f64::INFINITY, f64::max))
+        Self::outward(
+            p.into_iter().fold(f64::INFINITY, f64::min),
+            p.into_iter().fold(-f64::INFINITY, f64::max),
+        )
     }
 }
 impl Number for Range {
@@ -241,12 +244,42 @@ impl Formula for Sphere {
     }
 }
 
+/// 1/f of another field: its sign changes at poles.
+pub struct Reciprocal<F>(pub F);
+
+impl<F: Field> Field for Reciprocal<F> {
+    fn value(&self, p: Point3) -> f64 {
+        1.0 / self.0.value(p)
+    }
+    fn gradient(&self, p: Point3) -> (f64, Vec3) {
+        let jet = self.jet(p);
+        (jet.value, jet.gradient)
+    }
+    fn jet(&self, p: Point3) -> Jet {
+        let Jet { value: f, gradient: g, hessian: h } = self.0.jet(p);
+        let hessian = (2.0 * g * g.transpose() / f - h) / (f * f);
+        Jet { value: 1.0 / f, gradient: -g / (f * f), hessian }
+    }
+    fn range(&self, _: &Aabb) -> Interval {
+        Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY }
+    }
+    fn gradient_range(&self, cell: &Aabb) -> (Interval, [Interval; 3]) {
+        (self.range(cell), [self.range(cell); 3])
+    }
+    fn rounding_bound(&self, _: Point3) -> f64 {
+        0.0
+    }
+}
+
 pub fn cube(half: f64) -> Aabb {
     Aabb::new(Vec3::repeat(-half), Vec3::repeat(half))
 }
 
-/// The six surfaces of Tong & Kim 2009, table 3: name, field, box, faces, Euler number.
-pub fn paper_surfaces() -> Vec<(&'static str, Box<dyn Field>, Aabb, usize, i64)> {
+/// Name, field, box, faces, Euler number.
+pub type Example = (&'static str, Box<dyn Field>, Aabb, usize, i64);
+
+/// The six surfaces of Tong & Kim 2009, table 3.
+pub fn paper_surfaces() -> Vec<Example> {
     let flat = Aabb::new(Vec3::new(-6.4, -6.4, -1.4), Vec3::new(6.4, 6.4, 1.4));
     let double = Aabb::new(Vec3::new(-1.3, -0.9, -0.4), Vec3::new(1.3, 0.9, 0.4));
     vec![

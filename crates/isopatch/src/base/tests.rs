@@ -1,5 +1,3 @@
-use std::time::Instant;
-
 use super::test_fields::*;
 use super::*;
 use crate::field::Field;
@@ -21,7 +19,10 @@ fn assert_on_surface(field: &dyn Field, base: &BaseMesh) {
     let diagonal = base.diagonal();
     for p in &base.positions {
         let (f, g) = field.gradient(*p);
-        assert!(f.abs() <= 2e-13 * diagonal * g.norm() || f.abs() <= field.rounding_bound(*p), "{f:e} at {p:?}");
+        assert!(
+            f.abs() <= 2e-13 * diagonal * g.norm() || f.abs() <= field.rounding_bound(*p),
+            "{f:e} at {p:?}"
+        );
     }
 }
 
@@ -32,51 +33,20 @@ fn failure(field: &dyn Field, bounds: &Aabb) -> BaseError {
 #[test]
 fn paper_surfaces_have_the_right_topology_and_count_and_good_shape() {
     for (name, field, bounds, faces, euler) in paper_surfaces() {
-        let start = Instant::now();
         let outcome = build(field.as_ref(), &bounds, &with_faces(faces)).unwrap();
         let quality = quality(&outcome.base);
-        println!("{name}: {:.3} s, {quality:.3?}", start.elapsed().as_secs_f64());
         let mesh = &outcome.base.mesh;
-        assert_eq!((mesh.face_count(), mesh.euler_number(), mesh.component_count()), (faces, euler, 1), "{name}");
+        assert_eq!(
+            (mesh.face_count(), mesh.euler_number(), mesh.component_count()),
+            (faces, euler, 1),
+            "{name}"
+        );
         assert!(mesh.is_closed());
         assert_eq!(outcome.repairs, [], "{name}");
         assert_eq!(outcome.violations, [], "{name}");
         assert!(quality.smallest_angle > 15.0 && quality.corners[1] < 140.0, "{name}");
         assert_on_surface(field.as_ref(), &outcome.base);
-        if let Ok(folder) = std::env::var("ISOPATCH_DUMP") {
-            dump(&folder, name, &outcome.base);
-        }
     }
-}
-
-#[test]
-fn stages_are_quick() {
-    for (name, field, bounds, faces, _) in paper_surfaces() {
-        let options = BaseOptions::default();
-        let clock = Instant::now();
-        let seed = seed_mesh(field.as_ref(), &bounds, Some(faces), &options.seed).unwrap();
-        let seeded = clock.elapsed().as_secs_f64();
-        let coarse = decimate(&seed.mesh, &seed.normals, faces).unwrap();
-        let decimated = clock.elapsed().as_secs_f64() - seeded;
-        let shaped = remesh(field.as_ref(), &coarse, faces, seed.diagonal, &options.remesh).unwrap();
-        let total = clock.elapsed().as_secs_f64();
-        let remeshed = total - seeded - decimated;
-        println!("{name}: seed {seeded:.3} ({} faces, step {:.3}), decimate {decimated:.3}, remesh {remeshed:.3} s", seed.mesh.faces.len(), seed.step);
-        assert_eq!(shaped.faces.len(), faces);
-    }
-}
-
-/// Writes a mesh as OFF, to be looked at or compared with other programs.
-fn dump(folder: &str, name: &str, base: &BaseMesh) {
-    let mut text = format!("OFF\n{} {} 0\n", base.positions.len(), base.mesh.face_count());
-    for p in &base.positions {
-        text += &format!("{:e} {:e} {:e}\n", p.x, p.y, p.z);
-    }
-    for f in base.mesh.faces() {
-        let [a, b, c] = base.mesh.triangle(f);
-        text += &format!("3 {} {} {}\n", a.0, b.0, c.0);
-    }
-    std::fs::write(format!("{folder}/{}.off", name.replace(' ', "")), text).unwrap();
 }
 
 #[test]
@@ -130,9 +100,7 @@ fn boxes_are_found_for_spheres_of_any_size_and_place() {
 #[test]
 fn boxes_are_found_for_the_paper_surfaces() {
     for (name, field, bounds, _, _) in paper_surfaces() {
-        let start = Instant::now();
         let found = find_box(field.as_ref()).unwrap();
-        println!("{name}: {:.3} s {found:?}", start.elapsed().as_secs_f64());
         assert!(found.size().max() < 2.0 * bounds.size().max(), "{name}: {found:?}");
     }
 }
@@ -179,6 +147,12 @@ fn fields_without_a_closed_surface_are_named() {
         }
         other => panic!("{other}"),
     }
+}
+
+#[test]
+fn a_pole_is_no_surface() {
+    let error = failure(&Reciprocal(unit_sphere()), &cube(2.0));
+    assert!(matches!(error, BaseError::NotOnSurface { .. }), "{error}");
 }
 
 #[test]
@@ -238,8 +212,9 @@ fn the_result_does_not_depend_on_the_number_of_threads() {
 #[test]
 fn projected_points_arrive_and_failures_are_counted() {
     let field = unit_sphere();
-    let mut points: Points =
-        (0..5000).map(|i| Vec3::new((i as f64).sin(), (1.7 * i as f64).cos(), 0.1 + 1e-4 * i as f64)).collect();
+    let mut points: Points = (0..5000)
+        .map(|i| Vec3::new((i as f64).sin(), (1.7 * i as f64).cos(), 0.1 + 1e-4 * i as f64))
+        .collect();
     points.set(17, Vec3::zeros());
     let report = project_points(&field, &mut points, 3.5, &ProjectOptions::default());
     assert_eq!(report.failures, [17]);

@@ -57,12 +57,10 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut BufWriter<File>) -> Result<(), WriteError>,
     ) -> Result<(), WriteError> {
-        if path.is_dir() {
-            return Err(io::Error::from(io::ErrorKind::IsADirectory).into());
-        }
-        let (file, temporary) = create_beside(path)?;
+        let target = replaceable(path)?;
+        let (file, temporary) = create_beside(&target)?;
         // From here on, dropping `self` removes the temporary file.
-        self.pending.push(Pending { temporary, target: path.to_owned() });
+        self.pending.push(Pending { temporary, target });
         let mut file = BufWriter::new(file);
         write(&mut file)?;
         file.flush()?;
@@ -78,7 +76,8 @@ impl Outputs {
         // Taken from the front, so that what is left behind on failure is removed by the drop.
         while !self.pending.is_empty() {
             let Pending { temporary, target } = &self.pending[0];
-            fs::rename(temporary, target).map_err(|e| OutputError { path: target.clone(), source: e.into() })?;
+            fs::rename(temporary, target)
+                .map_err(|e| OutputError { path: target.clone(), source: e.into() })?;
             self.pending.remove(0);
         }
         Ok(())
@@ -91,6 +90,17 @@ impl Drop for Outputs {
             // Nothing more can be done about a temporary file that cannot be removed.
             let _ = fs::remove_file(&pending.temporary);
         }
+    }
+}
+
+/// The file that a rename has to replace: where a link leads, because the link is to stay. Only an ordinary file can
+/// be replaced: not a folder, nor a device such as /dev/null.
+fn replaceable(path: &Path) -> io::Result<PathBuf> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => fs::canonicalize(path),
+        Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(_) => Err(io::Error::new(io::ErrorKind::InvalidInput, "not an ordinary file")),
+        Err(_) => Ok(path.to_owned()),
     }
 }
 
@@ -160,6 +170,22 @@ mod tests {
             assert!(error.starts_with(&format!("cannot write {}: ", path.display())), "{error}");
         }
         assert!(names(folder.path()).is_empty());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_devices_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("a"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        let mut outputs = Outputs::new();
+        outputs.write(&link, |f| Ok(f.write_all(b"new")?)).unwrap();
+        outputs.commit().unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        let error = Outputs::new().write(Path::new("/dev/null"), |_| Ok(())).unwrap_err();
+        assert_eq!(error.to_string(), "cannot write /dev/null: not an ordinary file");
     }
 
     #[test]

@@ -23,6 +23,15 @@ pub enum WriteError {
         /// Its degree.
         degree: usize,
     },
+    /// There are no patches, and the format has no empty shape.
+    #[error("{format} cannot hold a surface without patches")]
+    Empty {
+        /// The format.
+        format: &'static str,
+    },
+    /// The uncertainty is not a positive length.
+    #[error("the uncertainty {0} is not a positive length")]
+    Uncertainty(f64),
     /// A coordinate is infinite or not a number.
     #[error("{what} {index} has a coordinate that is not finite")]
     NotFinite {

@@ -38,8 +38,11 @@ pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write
     // Chunks are padded to four bytes, JSON with spaces.
     scene.resize(scene.len().next_multiple_of(4), b' ');
     let total = FILE_HEADER + 2 * CHUNK_HEADER + scene.len() + binary;
-    let total =
-        u32::try_from(total).map_err(|_| WriteError::TooMany { format: "GLB", what: "bytes", count: total })?;
+    let total = u32::try_from(total).map_err(|_| WriteError::TooMany {
+        format: "GLB",
+        what: "bytes",
+        count: total,
+    })?;
     out.write_all(b"glTF")?;
     out.write_all(&VERSION.to_le_bytes())?;
     out.write_all(&total.to_le_bytes())?;
@@ -48,9 +51,12 @@ pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write
     out.write_all(&scene)?;
     out.write_all(&(binary as u32).to_le_bytes())?;
     out.write_all(BINARY_CHUNK)?;
-    let single = |bytes: &mut Vec<u8>, v: [f32; 3]| v.iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
+    let single =
+        |bytes: &mut Vec<u8>, v: [f32; 3]| v.iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
     write_items(out, mesh.positions.len(), |v, bytes| single(bytes, relative(&mesh.positions[v], &center)))?;
-    write_items(out, mesh.normals.len(), |v, bytes| single(bytes, relative(&mesh.normals[v], &Vec3::zeros())))?;
+    write_items(out, mesh.normals.len(), |v, bytes| {
+        single(bytes, relative(&mesh.normals[v], &Vec3::zeros()))
+    })?;
     write_items(out, mesh.triangles.len(), |t, bytes| {
         mesh.triangles[t].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
     })?;
@@ -73,18 +79,15 @@ fn scene(mesh: &Tessellation, bounds: &Aabb, center: &Vec3, unit: Unit) -> Value
     // glTF has no empty meshes.
     let children: &[u32] = if indices == 0 { &[] } else { &[1] };
     let metres = unit.metres();
-    let mut root =
-        json!({ "name": "isopatch", "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2], "scale": [metres, metres, metres] });
+    let mut root = json!({ "name": "isopatch", "rotation": [-FRAC_1_SQRT_2, 0.0, 0.0, FRAC_1_SQRT_2], "scale": [metres, metres, metres] });
     if children.is_empty() {
         document["nodes"] = json!([root]);
         return document;
     }
     root["children"] = json!(children);
     document["nodes"] = json!([root, { "name": "surface", "mesh": 0, "translation": center.as_slice() }]);
-    document["meshes"] =
-        json!([{ "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2, "material": 0 }] }]);
-    document["materials"] =
-        json!([{ "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5 } }]);
+    document["meshes"] = json!([{ "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2, "material": 0 }] }]);
+    document["materials"] = json!([{ "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.8, 0.8, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5 } }]);
     document["accessors"] = json!([
         { "bufferView": 0, "componentType": FLOAT, "count": vertices, "type": "VEC3",
           "min": relative(&bounds.min, center), "max": relative(&bounds.max, center) },

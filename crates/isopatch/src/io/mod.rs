@@ -9,6 +9,7 @@ mod error;
 mod format;
 pub mod gltf;
 pub mod native;
+mod net;
 pub mod obj;
 pub mod ply;
 pub mod read;

@@ -18,7 +18,10 @@ pub fn write_ply(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
         writeln!(out, "property double {name}")?;
     }
     let faces = mesh.triangles.len();
-    write!(out, "element face {faces}\nproperty list uchar uint vertex_indices\nproperty uint patch\nend_header\n")?;
+    write!(
+        out,
+        "element face {faces}\nproperty list uchar uint vertex_indices\nproperty uint patch\nend_header\n"
+    )?;
     write_items(out, mesh.positions.len(), |v, bytes| {
         for c in mesh.positions[v].iter().chain(mesh.normals[v].iter()) {
             bytes.extend_from_slice(&c.to_le_bytes());

@@ -1,13 +1,13 @@
 //! VTK unstructured grids (.vtu) of degree-7 triangles.
 
+use super::net::{DEGREE, nets};
 use super::{WriteError, text};
 use crate::bernstein::index;
 use crate::geom::Vec3;
-use crate::surface::{PatchForm, PatchId, Surface};
+use crate::surface::{PatchId, Surface};
 use crate::tessellate::{SharedLattice, TessellateOptions, tessellate};
 use std::io::{self, Write};
 
-const DEGREE: usize = 7;
 const NODES: usize = index::count(DEGREE);
 
 /// What the points of a cell are.
@@ -39,16 +39,15 @@ pub struct VtkOptions {
 
 /// Writes one cell a patch. Cells share the points on common corners and seams; the corners come first, by their
 /// numbers.
-pub fn write_vtk(surface: &dyn Surface, options: &VtkOptions, out: &mut impl Write) -> Result<(), WriteError> {
-    for patch in surface.patches() {
-        let PatchForm::BezierTriangle { degree, .. } = surface.form(patch);
-        if degree != DEGREE {
-            return Err(WriteError::Degree { format: "VTK", patch: patch.0, degree });
-        }
-    }
+pub fn write_vtk(
+    surface: &dyn Surface,
+    options: &VtkOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    let nets = nets(surface, "VTK")?;
     let lattice = SharedLattice::new(surface, DEGREE)?;
     let (points, normals) = match options.cells {
-        Cells::Bezier => (control_points(surface, &lattice), Vec::new()),
+        Cells::Bezier => (lattice.gather(|patch, at| nets[patch.index()][at]), Vec::new()),
         Cells::Lagrange => {
             let mesh = tessellate(surface, &TessellateOptions { resolution: DEGREE })?;
             (mesh.positions, mesh.normals)
@@ -59,13 +58,6 @@ pub fn write_vtk(surface: &dyn Surface, options: &VtkOptions, out: &mut impl Wri
     arrays.write_data(options.cells, out)?;
     out.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
     Ok(())
-}
-
-fn control_points(surface: &dyn Surface, lattice: &SharedLattice) -> Vec<Vec3> {
-    lattice.gather(|patch, at| {
-        let PatchForm::BezierTriangle { net, .. } = surface.form(patch);
-        net[at]
-    })
 }
 
 /// The nodes of a triangle of degree n in VTK's order: three corners, the insides of the edges, then the triangle
@@ -158,11 +150,16 @@ fn write_header(out: &mut impl Write, arrays: &Arrays<'_>) -> io::Result<()> {
     let degrees = array(0, "Float64", "HigherOrderDegrees", 3);
     let normals = match arrays.normals.is_empty() {
         true => String::new(),
-        false => format!("<PointData Normals=\"Normals\">\n{}</PointData>\n", array(1, "Float64", "Normals", 3)),
+        false => {
+            format!("<PointData Normals=\"Normals\">\n{}</PointData>\n", array(1, "Float64", "Normals", 3))
+        }
     };
     let points = array(2, "Float64", "Points", 3);
-    let (connectivity, offsets, types) =
-        (array(3, "Int64", "connectivity", 1), array(4, "Int64", "offsets", 1), array(5, "UInt8", "types", 1));
+    let (connectivity, offsets, types) = (
+        array(3, "Int64", "connectivity", 1),
+        array(4, "Int64", "offsets", 1),
+        array(5, "UInt8", "types", 1),
+    );
     write!(
         out,
         "<?xml version=\"1.0\"?>\n\

@@ -54,7 +54,8 @@ fn kink_on_edge(formula: &Formula, base: &BaseMesh, edge: EdgeId, diagonal: f64)
         formula.kink_near(p, REACH * length).map_or((f64::INFINITY, p, None), |k| (k.distance, p, Some(k)))
     };
     let step = 1.0 / (EDGE_SAMPLES - 1) as f64;
-    let nearest = (0..EDGE_SAMPLES).map(|i| i as f64 * step).min_by(|s, t| probe(*s).0.total_cmp(&probe(*t).0))?;
+    let nearest =
+        (0..EDGE_SAMPLES).map(|i| i as f64 * step).min_by(|s, t| probe(*s).0.total_cmp(&probe(*t).0))?;
     let (mut low, mut high) = ((nearest - step).max(0.0), (nearest + step).min(1.0));
     for _ in 0..HALVINGS {
         let third = (high - low) / 3.0;
@@ -83,7 +84,9 @@ pub(super) fn explain(formula: &Formula, bounds: &Aabb, error: &BaseError) -> Op
             let at = at.unwrap_or_else(|| bounds.center());
             formula.domain_error(at).map(|error| Defect::Domain { at, error })
         }
-        BaseError::NotOnSurface { at } | BaseError::Singular { at } | BaseError::InvertedCorner { at, .. } => {
+        BaseError::NotOnSurface { at }
+        | BaseError::Singular { at }
+        | BaseError::InvertedCorner { at, .. } => {
             if let Some(error) = formula.domain_error(*at) {
                 return Some(Defect::Domain { at: *at, error });
             }

@@ -74,11 +74,7 @@ pub enum RecipeError {
 }
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
-pub fn fit(
-    formula: &Formula,
-    recipe: &SplineRecipe,
-    progress: &dyn Fn(&str),
-) -> Result<Fitted, RecipeError> {
+pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
     let mut seconds = Seconds::default();
     let mut stage = Stages { seconds: &mut seconds, progress };
 

@@ -180,3 +180,94 @@ fn corner_owners(corners: &[[u32; 3]]) -> Result<Vec<(PatchId, u8)>, SharingErro
     let owner = |(v, o): (usize, Option<_>)| o.ok_or(SharingError::UnusedCorner { vertex: v as u32 });
     owners.into_iter().enumerate().map(owner).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Aabb;
+    use crate::golden::{flat_triangle, sphere};
+    use crate::spline::TriangularSpline;
+    use crate::surface::{Domain, PatchForm, Sample, Seam};
+
+    /// A spline that tells something else about its seams and corners.
+    struct Misleading {
+        spline: TriangularSpline,
+        seams: Vec<Seam>,
+        corner_shift: u32,
+    }
+
+    impl Surface for Misleading {
+        fn patch_count(&self) -> usize {
+            self.spline.patch_count()
+        }
+        fn domain(&self, patch: PatchId) -> Domain {
+            self.spline.domain(patch)
+        }
+        fn sample(&self, patch: PatchId, uv: [f64; 2]) -> Sample {
+            self.spline.sample(patch, uv)
+        }
+        fn form(&self, patch: PatchId) -> PatchForm<'_> {
+            self.spline.form(patch)
+        }
+        fn seams(&self) -> &[Seam] {
+            &self.seams
+        }
+        fn corners(&self, patch: PatchId) -> [u32; 3] {
+            self.spline.corners(patch).map(|c| c + self.corner_shift)
+        }
+        fn bounds(&self, patch: PatchId) -> Aabb {
+            self.spline.bounds(patch)
+        }
+    }
+
+    #[test]
+    fn every_patch_finds_its_own_control_points_under_the_numbers() {
+        for spline in [sphere(), flat_triangle()] {
+            let lattice = SharedLattice::new(&spline, 7).unwrap();
+            let points = lattice.gather(|patch, at| spline.nets[patch.index()][at]);
+            assert_eq!(points.len(), lattice.point_count());
+            for patch in spline.patches() {
+                for ijk in index::indices(7) {
+                    let shared = points[lattice.number(patch, ijk) as usize];
+                    assert_eq!(shared, spline.nets[patch.index()][index::position(ijk)], "{patch:?} {ijk:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn seams_can_run_against_their_first_patch() {
+        let spline = sphere();
+        let mut seams = spline.seams().to_vec();
+        for seam in &mut seams {
+            seam.first.reversed ^= true;
+            if let Some(second) = &mut seam.second {
+                second.reversed ^= true;
+            }
+        }
+        let turned = Misleading { spline, seams, corner_shift: 0 };
+        let lattice = SharedLattice::new(&turned, 7).unwrap();
+        let points = lattice.gather(|patch, at| turned.spline.nets[patch.index()][at]);
+        for patch in turned.patches() {
+            for ijk in index::indices(7) {
+                let own = turned.spline.nets[patch.index()][index::position(ijk)];
+                assert_eq!(points[lattice.number(patch, ijk) as usize], own);
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_seams_and_corners_are_named() {
+        let build = |change: &dyn Fn(&mut Misleading)| {
+            let seams = flat_triangle().seams().to_vec();
+            let mut surface = Misleading { spline: flat_triangle(), seams, corner_shift: 0 };
+            change(&mut surface);
+            SharedLattice::new(&surface, 3).unwrap_err()
+        };
+        let edge_1 = SharingError::Seam { patch: 0, edge: 1 };
+        assert_eq!(build(&|s| _ = s.seams.remove(1)), edge_1);
+        assert_eq!(build(&|s| s.seams.push(s.seams[1])), edge_1);
+        assert_eq!(build(&|s| s.seams[2].first.patch = PatchId(7)), SharingError::Seam { patch: 7, edge: 2 });
+        assert_eq!(build(&|s| s.corner_shift = 1), SharingError::UnusedCorner { vertex: 0 });
+    }
+}

@@ -54,7 +54,10 @@ pub struct Tessellation {
 /// Samples every patch on a lattice and joins the points to triangles.
 ///
 /// Seam points are evaluated once, on the seam's first patch. The result does not depend on the number of threads.
-pub fn tessellate(surface: &dyn Surface, options: &TessellateOptions) -> Result<Tessellation, TessellateError> {
+pub fn tessellate(
+    surface: &dyn Surface,
+    options: &TessellateOptions,
+) -> Result<Tessellation, TessellateError> {
     let n = options.resolution;
     if n == 0 || n > MAX_RESOLUTION {
         return Err(TessellateError::Resolution { resolution: n });

@@ -8,10 +8,17 @@ import sys
 import numpy as np
 import trimesh
 
-scene = trimesh.load(sys.argv[1], process=False)
-mesh = scene.to_mesh() if isinstance(scene, trimesh.Scene) else scene
-as_written = {"vertices": len(mesh.vertices), "faces": len(mesh.faces), "first": mesh.vertices[:12].tolist()}
+mesh = trimesh.load(sys.argv[1], process=False)
+transform = np.eye(4)
+if isinstance(mesh, trimesh.Scene):
+    transform, name = mesh.graph[mesh.graph.nodes_geometry[0]]
+    mesh = mesh.geometry[name]
 normals = mesh.vertex_normals.copy() if "vertex_normals" in mesh._cache else None
+mesh.apply_transform(transform)
+if normals is not None:
+    normals = normals @ np.asarray(transform)[:3, :3].T
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+as_written = {"vertices": len(mesh.vertices), "faces": len(mesh.faces), "first": mesh.vertices[:12].tolist()}
 merged = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
 merged.merge_vertices(merge_norm=True, merge_tex=True)
 report = as_written | {

@@ -48,7 +48,7 @@ report = {
     "cells": grid.GetNumberOfCells(),
     "points": grid.GetNumberOfPoints(),
     "cell_types": sorted({grid.GetCellType(c) for c in range(grid.GetNumberOfCells())}),
-    "degree": int(grid.GetCell(0).GetOrder(0)),
+    "degree": int(grid.GetCell(0).GetOrder()),
     "vertices": vtk_to_numpy(grid.GetPoints().GetData())[:12].tolist(),
     "largest_distance": float(np.abs(radius - 1).max()),
     "volume": mass.GetVolume(),

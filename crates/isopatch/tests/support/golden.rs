@@ -1,5 +1,7 @@
 //! Surfaces to test with: splines from golden files, and copies of them that are moved, turned and joined.
 
+#![allow(clippy::unwrap_used, clippy::panic)] // Test data that is wrong has to stop the test.
+
 use isopatch::base::{BaseMesh, EdgeFeature};
 use isopatch::bernstein::{curve, index};
 use isopatch::geom::{Mat3, Point3, Vec3};

@@ -1,5 +1,6 @@
 //! Test data: golden files in the repository, larger ones from `ISOPATCH_TEST_DATA`.
 #![allow(dead_code, reason = "each test program uses a part")]
+#![allow(clippy::unwrap_used, clippy::panic)] // These are tests.
 
 pub mod golden;
 pub mod python;

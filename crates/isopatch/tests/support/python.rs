@@ -10,13 +10,16 @@ pub type Missing = String;
 /// The Python interpreter with the packages of tests/requirements.txt.
 pub fn interpreter() -> Result<PathBuf, Missing> {
     let path = std::env::var_os("ISOPATCH_PYTHON").map(PathBuf::from);
-    path.filter(|p| p.is_file()).ok_or_else(|| "ISOPATCH_PYTHON, a Python with tests/requirements.txt".to_owned())
+    path.filter(|p| p.is_file())
+        .ok_or_else(|| "ISOPATCH_PYTHON, a Python with tests/requirements.txt".to_owned())
 }
 
 /// A file of the test data that is not in the repository.
 pub fn test_data(path: &str) -> Result<PathBuf, Missing> {
     let root = std::env::var_os("ISOPATCH_TEST_DATA").map(PathBuf::from);
-    root.map(|r| r.join(path)).filter(|p| p.is_file()).ok_or_else(|| format!("ISOPATCH_TEST_DATA with {path}"))
+    root.map(|r| r.join(path))
+        .filter(|p| p.is_file())
+        .ok_or_else(|| format!("ISOPATCH_TEST_DATA with {path}"))
 }
 
 /// What a script prints about its arguments.

@@ -92,7 +92,9 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
         sections.numbers(CURVES, edges, CURVE)?.chunks_exact(15).map(points).collect();
     let interiors = sections.numbers(INTERIORS, faces, PATCH)?;
     let nets = nets(&mesh, &curves, &interiors);
-    let vertex = |from: usize| numbers.chunks_exact(VERTEX / 8).map(move |n| Vec3::new(n[from], n[from + 1], n[from + 2]));
+    let vertex = |from: usize| {
+        numbers.chunks_exact(VERTEX / 8).map(move |n| Vec3::new(n[from], n[from + 1], n[from + 2]))
+    };
     let base = BaseMesh {
         mesh,
         positions: vertex(0).collect(),
@@ -147,7 +149,8 @@ impl<'a> Sections<'a> {
         if self.entries.iter().any(|(t, _)| *t == tag) {
             return Err(NativeError::Repeated(tag.to_string()));
         }
-        let range = usize::try_from(offset).ok().zip(offset.checked_add(length).and_then(|e| e.try_into().ok()));
+        let range =
+            usize::try_from(offset).ok().zip(offset.checked_add(length).and_then(|e| e.try_into().ok()));
         let section = range.and_then(|(start, end): (usize, usize)| bytes.get(start..end));
         let section = section.ok_or_else(|| NativeError::Bounds(tag.to_string()))?;
         if crc32fast::hash(section) != checksum {
@@ -259,7 +262,11 @@ fn points<const N: usize>(numbers: &[f64]) -> [Point3; N] {
 }
 
 /// The control nets: borders elevated from the quartics, as they were before writing, and interiors as stored.
-fn nets(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]], interiors: &[f64]) -> Vec<[Point3; index::count(DEGREE)]> {
+fn nets(
+    mesh: &HalfEdgeMesh,
+    curves: &[[Point3; 5]],
+    interiors: &[f64],
+) -> Vec<[Point3; index::count(DEGREE)]> {
     let mut nets = vec![[Point3::zeros(); index::count(DEGREE)]; mesh.face_count()];
     for e in mesh.edges() {
         let border: [Point3; DEGREE + 1] = curve::elevate(&curves[e.index()]);

@@ -1,7 +1,7 @@
 use super::layout::{ENTRY, FIXED_HEADER};
 use super::*;
-use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
 use crate::geom::Vec3;
+use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
 use crate::io::WriteError;
 use proptest::prelude::*;
 

@@ -78,7 +78,8 @@ fn vertices(spline: &TriangularSpline) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(base.positions.len() * VERTEX);
     for ((p, n), m) in base.positions.iter().zip(&base.normals).zip(&base.curvatures) {
         // Row after row; the transpose's columns are the rows.
-        let numbers = p.iter().chain(n.iter()).copied().chain(m.transpose().iter().copied().collect::<Vec<_>>());
+        let numbers =
+            p.iter().chain(n.iter()).copied().chain(m.transpose().iter().copied().collect::<Vec<_>>());
         bytes.extend(numbers.flat_map(f64::to_le_bytes));
     }
     bytes

@@ -52,7 +52,9 @@ pub fn bodies(surface: &dyn Surface) -> Result<Vec<Body>, WriteError> {
     for (k, (patches, is_closed)) in parts.into_iter().enumerate() {
         match &closed[k] {
             Some(component) if component.volume < 0.0 => {}
-            _ if is_closed => bodies.push(Body::Solid { outer: patches, voids: std::mem::take(&mut voids[k]) }),
+            _ if is_closed => {
+                bodies.push(Body::Solid { outer: patches, voids: std::mem::take(&mut voids[k]) })
+            }
             _ => bodies.push(Body::Sheet(patches)),
         }
     }
@@ -145,8 +147,8 @@ impl Component {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
     use crate::geom::Vec3;
+    use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
 
     fn shape(bodies: &[Body]) -> Vec<(usize, Vec<usize>)> {
         let size = |b: &Body| match b {
@@ -180,7 +182,9 @@ mod tests {
     #[test]
     fn open_components_are_sheets() {
         let found = bodies(&joined(&[flat_triangle(), sphere()])).unwrap();
-        assert!(matches!(&found[..], [Body::Sheet(a), Body::Solid { outer, .. }] if a.len() == 1 && outer.len() == 20));
+        assert!(
+            matches!(&found[..], [Body::Sheet(a), Body::Solid { outer, .. }] if a.len() == 1 && outer.len() == 20)
+        );
     }
 
     #[test]

@@ -1,12 +1,11 @@
 //! The entities of corners, seams and patches.
 
-use super::numbering::{DEGREE, Numbering};
-use crate::bernstein::{curve, index, quads};
+use super::numbering::Numbering;
+use crate::bernstein::{curve, quads};
 use crate::geom::Point3;
+use crate::io::net::{DEGREE, Net};
 use crate::io::text::{push_integer, push_real};
-
-/// Control points of a degree-7 triangle.
-pub type Net = [Point3; index::count(DEGREE)];
+use crate::surface::PatchId;
 
 /// Which way the normals of a patch's faces point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,13 +87,14 @@ pub fn push_seam(text: &mut Vec<u8>, ids: &Numbering, seam: u32, row: &[Point3; 
         };
         push_curve(text, ids.seam_curve(seam, half), (0..=DEGREE).map(point));
     }
-    let (start, middle, end) = (ids.corner_vertex(ends[0]), ids.seam_vertex(seam), ids.corner_vertex(ends[1]));
+    let (start, middle, end) =
+        (ids.corner_vertex(ends[0]), ids.seam_vertex(seam), ids.corner_vertex(ends[1]));
     push_edge(text, ids.seam_edge(seam, 0), start, middle, ids.seam_curve(seam, 0));
     push_edge(text, ids.seam_edge(seam, 1), middle, end, ids.seam_curve(seam, 1));
 }
 
 /// A patch: its centroid, three spokes and three faces. Borders refer to the points of corners and seams.
-pub fn push_patch(text: &mut Vec<u8>, ids: &Numbering, patch: crate::surface::PatchId, net: &Net, facing: Facing) {
+pub fn push_patch(text: &mut Vec<u8>, ids: &Numbering, patch: PatchId, net: &Net, facing: Facing) {
     let quads = quads::split(net);
     push_point(text, ids.patch(patch), &quads[0][DEGREE][DEGREE]);
     for (spoke, quad) in quads.iter().enumerate() {
@@ -117,7 +117,7 @@ pub fn push_patch(text: &mut Vec<u8>, ids: &Numbering, patch: crate::surface::Pa
     (0..3).for_each(|q| push_face(text, ids, patch, q, facing));
 }
 
-fn push_face(text: &mut Vec<u8>, ids: &Numbering, patch: crate::surface::PatchId, q: usize, facing: Facing) {
+fn push_face(text: &mut Vec<u8>, ids: &Numbering, patch: PatchId, q: usize, facing: Facing) {
     let surface = ids.quad(patch, q);
     begin(text, surface, "B_SPLINE_SURFACE_WITH_KNOTS('',7,7,(");
     for a in 0..=DEGREE {

@@ -9,13 +9,14 @@ mod geometry;
 mod numbering;
 mod product;
 
+use super::net::{DEGREE, Net, nets};
 use super::{Unit, WriteError, text};
 use crate::bernstein::index;
 use crate::geom::Point3;
-use crate::surface::{PatchForm, PatchId, Seam, Surface};
+use crate::surface::{PatchId, Seam, Surface};
 use bodies::Body;
-use geometry::{Facing, Net};
-use numbering::{DEGREE, Numbering};
+use geometry::Facing;
+use numbering::Numbering;
 use product::Entities;
 use std::io::Write;
 
@@ -26,8 +27,8 @@ pub struct StepOptions {
     pub unit: Unit,
     /// Name of the product. Default: "isopatch".
     pub name: String,
-    /// Distance under which readers may take points for equal, in model units. Default 1e-7, the smallest that
-    /// OpenCASCADE works with.
+    /// Distance under which readers may take points for equal, in millimetres whatever the unit. Positive and finite.
+    /// Default 1e-7, the smallest that OpenCASCADE works with.
     pub uncertainty: f64,
 }
 
@@ -41,78 +42,76 @@ impl Default for StepOptions {
 /// SHELL_BASED_SURFACE_MODEL for each component with a boundary.
 ///
 /// Cavities are closed components that face inward; each belongs to the smallest solid around it.
-pub fn write_step(surface: &dyn Surface, options: &StepOptions, out: &mut impl Write) -> Result<(), WriteError> {
-    for patch in surface.patches() {
-        net(surface, patch)?;
+///
+/// # Errors
+/// [`WriteError::Empty`], [`WriteError::Degree`], [`WriteError::NotFinite`], [`WriteError::InsideOut`],
+/// [`WriteError::Uncertainty`], or what the output or the sharing of the patches gives.
+pub fn write_step(
+    surface: &dyn Surface,
+    options: &StepOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    if surface.patch_count() == 0 {
+        return Err(WriteError::Empty { format: "STEP" });
     }
+    if !(options.uncertainty > 0.0 && options.uncertainty.is_finite()) {
+        return Err(WriteError::Uncertainty(options.uncertainty));
+    }
+    let nets = nets(surface, "STEP")?;
     let bodies = bodies::bodies(surface)?;
     let ids = Numbering::new(surface)?;
     product::write_header(out, options)?;
-    write_corners(surface, &ids, out)?;
-    write_seams(surface, &ids, out)?;
-    write_patches(surface, &ids, &facings(surface, &bodies), out)?;
+    write_corners(surface, &nets, &ids, out)?;
+    write_seams(surface, &nets, &ids, out)?;
+    let facings = facings(surface, &bodies);
+    text::write_items(out, nets.len(), |p, text| {
+        geometry::push_patch(text, &ids, PatchId(p as u32), nets[p], facings[p]);
+    })?;
     let mut entities = Entities { next: ids.end(), out };
     write_bodies(&bodies, &ids, options, &mut entities)?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     Ok(())
 }
 
-/// The control points of a patch, checked.
-fn net(surface: &dyn Surface, patch: PatchId) -> Result<&Net, WriteError> {
-    let PatchForm::BezierTriangle { degree, net } = surface.form(patch);
-    let wrong = WriteError::Degree { format: "STEP", patch: patch.0, degree };
-    if degree != DEGREE {
-        return Err(wrong);
-    }
-    if !net.iter().all(|p| p.iter().all(|c| c.is_finite())) {
-        return Err(WriteError::NotFinite { what: "patch", index: patch.index() });
-    }
-    net.try_into().map_err(|_| wrong)
-}
-
-fn write_corners(surface: &dyn Surface, ids: &Numbering, out: &mut impl Write) -> Result<(), WriteError> {
+fn write_corners(
+    surface: &dyn Surface,
+    nets: &[&Net],
+    ids: &Numbering,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let mut points = vec![Point3::zeros(); ids.lattice().corner_count()];
-    for patch in surface.patches() {
-        let net = net(surface, patch)?;
+    for (patch, net) in surface.patches().zip(nets) {
         for (c, corner) in surface.corners(patch).into_iter().enumerate() {
             points[corner as usize] = net[index::row(DEGREE, c, 0, 0)];
         }
     }
-    let corner = |c: usize, text: &mut Vec<u8>| geometry::push_corner(text, ids, c as u32, &points[c]);
-    Ok(text::write_items(out, points.len(), corner)?)
+    text::write_items(out, points.len(), |c, text| geometry::push_corner(text, ids, c as u32, &points[c]))
 }
 
-fn write_seams(surface: &dyn Surface, ids: &Numbering, out: &mut impl Write) -> Result<(), WriteError> {
+fn write_seams(
+    surface: &dyn Surface,
+    nets: &[&Net],
+    ids: &Numbering,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let seams = surface.seams();
-    let rows: Vec<_> = seams.iter().map(|s| seam_row(surface, s)).collect::<Result<_, _>>()?;
-    let seam = |s: usize, text: &mut Vec<u8>| geometry::push_seam(text, ids, s as u32, &rows[s].0, rows[s].1);
-    Ok(text::write_items(out, seams.len(), seam)?)
+    text::write_items(out, seams.len(), |s, text| {
+        let (row, ends) = seam_row(surface, nets, &seams[s]);
+        geometry::push_seam(text, ids, s as u32, &row, ends);
+    })
 }
 
 /// Control points along a seam, from its first side, and its end corners.
-fn seam_row(surface: &dyn Surface, seam: &Seam) -> Result<([Point3; DEGREE + 1], [u32; 2]), WriteError> {
-    let (net, edge) = (net(surface, seam.first.patch)?, seam.first.edge as usize);
-    let corners = surface.corners(seam.first.patch);
+fn seam_row(surface: &dyn Surface, nets: &[&Net], seam: &Seam) -> ([Point3; DEGREE + 1], [u32; 2]) {
+    let (patch, edge) = (seam.first.patch, seam.first.edge as usize);
+    let (net, corners) = (nets[patch.index()], surface.corners(patch));
     let mut row: [Point3; DEGREE + 1] = std::array::from_fn(|m| net[index::row(DEGREE, edge, 0, m)]);
     let mut ends = [corners[edge], corners[(edge + 1) % 3]];
     if seam.first.reversed {
         row.reverse();
         ends.reverse();
     }
-    Ok((row, ends))
-}
-
-fn write_patches(
-    surface: &dyn Surface,
-    ids: &Numbering,
-    facings: &[Facing],
-    out: &mut impl Write,
-) -> Result<(), WriteError> {
-    let nets: Vec<&Net> = surface.patches().map(|p| net(surface, p)).collect::<Result<_, _>>()?;
-    let patch = |p: usize, text: &mut Vec<u8>| {
-        geometry::push_patch(text, ids, PatchId(p as u32), nets[p], facings[p]);
-    };
-    Ok(text::write_items(out, nets.len(), patch)?)
+    (row, ends)
 }
 
 /// The faces of a cavity are turned, because ISO 10303-42 has a void shell face out of the void and then reverses
@@ -134,7 +133,8 @@ fn write_bodies<W: Write>(
     entities: &mut Entities<'_, W>,
 ) -> std::io::Result<()> {
     let faces = |patches: &[PatchId]| {
-        let ids: Vec<_> = patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
+        let ids: Vec<_> =
+            patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
         ids.join(",")
     };
     let (mut solids, mut sheets) = (Vec::new(), Vec::new());
@@ -174,4 +174,91 @@ fn write_bodies<W: Write>(
 
 fn references(ids: &[u64]) -> String {
     ids.iter().map(|id| format!("#{id}")).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Vec3;
+    use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
+    use crate::spline::TriangularSpline;
+    use std::collections::{HashMap, HashSet};
+
+    fn written(surface: &dyn Surface) -> String {
+        let mut bytes = Vec::new();
+        write_step(surface, &StepOptions::default(), &mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    /// Number and text of each entity.
+    fn entities(file: &str) -> Vec<(u64, &str)> {
+        file.lines()
+            .filter_map(|l| l.strip_prefix('#'))
+            .map(|l| l.split_once('=').unwrap())
+            .map(|(id, text)| (id.parse().unwrap(), text))
+            .collect()
+    }
+
+    #[test]
+    fn entities_are_numbered_from_one_and_refer_to_existing_ones() {
+        let cavity = inverted(&scaled(&sphere(), 0.5, Vec3::zeros()));
+        for surface in [sphere(), flat_triangle(), joined(&[sphere(), cavity])] {
+            let file = written(&surface);
+            let entities = entities(&file);
+            assert!(entities.iter().enumerate().all(|(k, (id, _))| *id == k as u64 + 1));
+            for (_, text) in &entities {
+                for reference in text.split('#').skip(1) {
+                    let digits = reference.split(|c: char| !c.is_ascii_digit()).next().unwrap();
+                    assert!((1..=entities.len()).contains(&digits.parse().unwrap()), "{text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn edges_are_used_once_in_each_direction() {
+        let file = written(&sphere());
+        let mut uses: HashMap<&str, Vec<bool>> = HashMap::new();
+        let mut kinds: HashMap<&str, usize> = HashMap::new();
+        for (_, text) in entities(&file) {
+            *kinds.entry(text.split('(').next().unwrap()).or_default() += 1;
+            if let Some(rest) = text.strip_prefix("ORIENTED_EDGE('',*,*,") {
+                let (edge, forward) = rest.split_once(',').unwrap();
+                uses.entry(edge).or_default().push(forward.starts_with(".T."));
+            }
+        }
+        assert!(uses.values().all(|u| u.len() == 2 && u[0] != u[1]));
+        // F = 3f, E = 2e + 3f, V = v + e + f for v, e, f = 12, 30, 20.
+        for (kind, count) in
+            [("ADVANCED_FACE", 60), ("EDGE_CURVE", 120), ("VERTEX_POINT", 62), ("CLOSED_SHELL", 1)]
+        {
+            assert_eq!(kinds[kind], count, "{kind}");
+        }
+    }
+
+    #[test]
+    fn points_are_written_once() {
+        let file = written(&sphere());
+        let points: Vec<_> = entities(&file)
+            .into_iter()
+            .map(|(_, text)| text)
+            .filter(|t| t.starts_with("CARTESIAN_POINT"))
+            .collect();
+        let distinct: HashSet<_> = points.iter().collect();
+        assert_eq!(points.len(), 12 + 30 * 13 + 20 * 127 + 1);
+        assert_eq!(points.len(), distinct.len());
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_named() {
+        let write = |surface: &TriangularSpline, uncertainty| {
+            let options = StepOptions { uncertainty, ..StepOptions::default() };
+            write_step(surface, &options, &mut Vec::new()).unwrap_err()
+        };
+        let mut broken = sphere();
+        broken.nets[4][7].y = f64::NAN;
+        assert!(matches!(write(&broken, 1e-7), WriteError::NotFinite { what: "patch", index: 4 }));
+        assert!(matches!(write(&inverted(&sphere()), 1e-7), WriteError::InsideOut { patch: 0 }));
+        assert!(matches!(write(&sphere(), 0.0), WriteError::Uncertainty(0.0)));
+    }
 }

@@ -1,8 +1,6 @@
+use crate::io::net::DEGREE;
 use crate::surface::{PatchId, Surface};
 use crate::tessellate::{EdgeUse, SharedLattice, SharingError};
-
-/// Intervals of a row of control points.
-pub const DEGREE: usize = 7;
 
 /// Numbers of the entities (the # of ISO 10303-21), so that patches can refer to each other's entities while they
 /// are formatted independently.

@@ -2,6 +2,7 @@
 
 use super::StepOptions;
 use crate::io::Unit;
+use crate::io::text::push_real;
 use std::io::{self, Write};
 
 /// AP242 edition 1, "managed model-based 3D engineering".
@@ -44,8 +45,11 @@ impl<W: Write> Entities<'_, W> {
             Unit::In => {
                 let millimetre = self.add(&si(".MILLI."))?;
                 let exponents = self.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")?;
-                let inch = self.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#{millimetre})"))?;
-                self.add(&format!("(CONVERSION_BASED_UNIT('INCH',#{inch})LENGTH_UNIT()NAMED_UNIT(#{exponents}))"))
+                let inch =
+                    self.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#{millimetre})"))?;
+                self.add(&format!(
+                    "(CONVERSION_BASED_UNIT('INCH',#{inch})LENGTH_UNIT()NAMED_UNIT(#{exponents}))"
+                ))
             }
         }
     }
@@ -56,7 +60,7 @@ impl<W: Write> Entities<'_, W> {
         let angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))")?;
         let solid = self.add("(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT())")?;
         let mut value = Vec::new();
-        crate::io::text::push_real(&mut value, options.uncertainty);
+        push_real(&mut value, options.uncertainty * Unit::Mm.metres() / options.unit.metres());
         let value = String::from_utf8_lossy(&value).into_owned();
         let uncertainty = self.add(&format!(
             "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({value}),#{length},'distance_accuracy_value','')"
