@@ -17,7 +17,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    Fit(Fit),
+    Fit(Box<Fit>),
     Inspect(Inspect),
     Convert(Convert),
     Gallery(Gallery),

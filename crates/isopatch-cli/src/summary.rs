@@ -74,7 +74,7 @@ fn accuracy(report: &Report, lines: &mut Lines) {
     if let Some(angle) = surface.max_normal_error_rad {
         let bad = report.spline.map_or(0, |spline| spline.faces_over_20deg);
         let over = if bad == 0 { String::new() } else { format!(", {bad} patches over 20°") };
-        lines.add("normals", format!("off by at most {:.3}°{over}", angle.to_degrees()));
+        lines.add("normals", format!("off by at most {}°{over}", degrees(angle)));
     }
     lines.add(
         "seams",
@@ -104,6 +104,14 @@ fn digits(x: f64) -> String {
             format!("{x:.decimals$}")
         }
         _ => format!("{x:.6e}"),
+    }
+}
+
+/// An angle in degrees.
+fn degrees(radians: f64) -> String {
+    match radians.to_degrees() {
+        d if d < 0.01 => small(d),
+        d => format!("{d:.3}"),
     }
 }
 
