@@ -89,6 +89,9 @@ fn singular_surfaces_are_refused_with_the_place() {
 fn kinks_are_refused_with_place_and_function() {
     let run = ["max(abs(x),abs(y),abs(z))-1", "--box", "-1.5,1.5,-1.5,1.5,-1.5,1.5"];
     assert_fit_fails(&run, 1, &["not differentiable", "near (", "column 1", "max"]);
+    // A curved kink, from a part cut off a sphere.
+    let cut = ["max(x^2+y^2+z^2-1, x-0.3)", "--box", "-1.5,1.5,-1.5,1.5,-1.5,1.5"];
+    assert_fit_fails(&cut, 1, &["not differentiable", "near (0.3", "column 1", "max"]);
 }
 
 #[test]
