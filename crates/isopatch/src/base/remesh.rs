@@ -8,7 +8,7 @@ use super::error::BaseError;
 use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
-use super::sizing::{SizingOptions, UNIT_TRIANGLE, sizes_for_count, sizes_from_errors, stretch};
+use super::sizing::{blend_with_curvature, SizingOptions, UNIT_TRIANGLE, sizes_for_count, sizes_from_errors, stretch};
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 
@@ -82,6 +82,10 @@ pub(super) struct Remesher<'a> {
     pub size: Vec<f64>,
     /// Metric of relative lengths at each vertex.
     pub metric: Vec<Mat3>,
+    /// Wanted edge lengths relative to each other, at each vertex.
+    pub relative: Vec<f64>,
+    /// Are these given, and not to be estimated from the surface?
+    pub given_lengths: bool,
 }
 
 /// Remeshes a closed mesh near the surface to exactly `faces` (even) faces with all vertices on the surface.
@@ -90,6 +94,18 @@ pub(super) struct Remesher<'a> {
 pub fn remesh(
     field: &dyn Field,
     mesh: &TriangleMesh,
+    faces: usize,
+    diagonal: f64,
+    options: &RemeshOptions,
+) -> Result<TriangleMesh, BaseError> {
+    remesh_to(field, mesh, None, faces, diagonal, options)
+}
+
+/// [`remesh`] to edge lengths in proportion to `lengths`, one a vertex of `mesh`, if they are given.
+pub(super) fn remesh_to(
+    field: &dyn Field,
+    mesh: &TriangleMesh,
+    lengths: Option<&[f64]>,
     faces: usize,
     diagonal: f64,
     options: &RemeshOptions,
@@ -108,6 +124,8 @@ pub fn remesh(
         tensor: Vec::new(),
         size: Vec::new(),
         metric: Vec::new(),
+        relative: lengths.map_or_else(|| vec![1.0; mesh.positions.len()], <[f64]>::to_vec),
+        given_lengths: lengths.is_some(),
     };
     work.put_on_surface(&mesh.positions.clone());
     // Predicted and real counts differ by some percent, in a way that hardly changes from round to round.
@@ -160,13 +178,17 @@ impl Remesher<'_> {
     }
 
     pub fn update_sizes(&mut self, faces: usize) {
-        let base = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
+        if !self.given_lengths {
+            let errors = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
+            self.relative = blend_with_curvature(errors, &self.curvature, &self.options.sizing);
+        }
+        let caps = self.lean_caps();
         self.size = sizes_for_count(
             &self.mesh,
             &self.x,
             &self.curvature,
-            base,
-            &self.lean_caps(),
+            &self.relative,
+            &caps,
             faces,
             &self.options.sizing,
         );
@@ -198,6 +220,7 @@ impl Remesher<'_> {
         self.tensor = kept.iter().map(|i| self.tensor[pick(i)]).collect();
         self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
         self.metric = kept.iter().map(|i| self.metric[pick(i)]).collect();
+        self.relative = kept.iter().map(|i| self.relative[pick(i)]).collect();
     }
 
     fn point(&self, v: u32) -> Point3 {
@@ -240,6 +263,7 @@ impl Remesher<'_> {
         self.tensor.push(0.5 * (self.tensor[a] + self.tensor[b]));
         self.size.push(0.5 * (self.size[a] + self.size[b]));
         self.metric.push(0.5 * (self.metric[a] + self.metric[b]));
+        self.relative.push(0.5 * (self.relative[a] + self.relative[b]));
     }
 
     fn collapse_short(&mut self) {
@@ -275,6 +299,7 @@ impl Remesher<'_> {
         self.curvature[i] = self.curvature[i].max(self.curvature[j]);
         self.size[i] = 0.5 * (self.size[i] + self.size[j]);
         self.metric[i] = metric;
+        self.relative[i] = 0.5 * (self.relative[i] + self.relative[j]);
         true
     }
 

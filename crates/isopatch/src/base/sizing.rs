@@ -168,6 +168,20 @@ fn curve_middle(x: &[Point3], normal: &[Vec3], tensor: &[Mat3], a: usize, b: usi
 /// A face that leans too far shortens the edges by at most this factor: it may only be badly shaped.
 const STRONGEST_CAP: f64 = 0.7;
 
+/// Relative lengths from the estimated error, with |k|max having its share; see [`SizingOptions::curvature_share`].
+pub(super) fn blend_with_curvature(
+    lengths: Vec<f64>,
+    curvature: &[f64],
+    options: &SizingOptions,
+) -> Vec<f64> {
+    let share = options.curvature_share;
+    lengths
+        .iter()
+        .zip(curvature)
+        .map(|(l, k)| l.powf(1.0 - share) * k.max(f64::MIN_POSITIVE).powf(-share))
+        .collect()
+}
+
 /// Edge lengths at the vertices for about `faces` faces, proportional to `relative` where the limits allow.
 ///
 /// `lean` holds the edge lengths for which faces would not lean too far from the surface normal.
@@ -175,20 +189,14 @@ pub(super) fn sizes_for_count(
     mesh: &Connectivity,
     x: &[Point3],
     curvature: &[f64],
-    relative: Vec<f64>,
+    relative: &[f64],
     lean: &[f64],
     faces: usize,
     options: &SizingOptions,
 ) -> Vec<f64> {
-    let share = options.curvature_share;
-    let relative: Vec<f64> = relative
-        .iter()
-        .zip(curvature)
-        .map(|(l, k)| l.powf(1.0 - share) * k.max(f64::MIN_POSITIVE).powf(-share))
-        .collect();
     let uniform = vec![1.0; x.len()];
     let mean = (predicted_faces(mesh, x, &uniform) / faces as f64).sqrt();
-    let reference = median(&relative);
+    let reference = median(relative);
     let mut size: Vec<f64> =
         relative.iter().map(|l| mean * (l / reference).clamp(1.0 / options.ratio, options.ratio)).collect();
     limit_gradation(mesh, x, options.gradation, &mut size);

@@ -1,12 +1,14 @@
 //! The G1 spline of Tong & Kim 2009 from a formula: the paper's section 3.4, with the corrections of PAPERS.md.
 
 use super::differentiable::{Defect, explain, find_defect};
-use crate::base::{self, BaseError, BaseOptions, FieldTarget};
+use super::refine::{Wish, is_bad, lengths_for_error, median_error, shorter_at};
+use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, FieldTarget, Repair};
 use crate::field::Formula;
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Point3};
+use crate::inspect::{Deviation, coverage, deviation, extent};
 use crate::io::read::PolygonMesh;
 use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
-use crate::report::{Repair, Seconds, SplineReport};
+use crate::report::{Seconds, SplineReport};
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
 
 /// How many patches a surface gets.
@@ -17,17 +19,19 @@ pub enum Size {
     Automatic,
     /// This many.
     Faces(usize),
+    /// As many as it takes to keep the largest distance, measured both ways, below this share of the diagonal.
+    Tolerance(f64),
 }
 
 /// What the recipe is given besides the formula. The default is a good choice for every stage.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct SplineRecipe {
     /// Where the surface is; found if the surface is bounded and none is given.
     pub bounds: Option<Aabb>,
     /// Number of patches.
     pub size: Size,
-    /// Connectivity and approximate vertices of the base mesh; made from the surface if none is given. With a given
-    /// mesh `size` has no say.
+    /// Connectivity and approximate vertices of the base mesh; made from the surface if none is given. A given mesh is
+    /// used as it is: `size` and `rounds` have no say.
     pub given: Option<PolygonMesh>,
     /// Base mesh.
     pub base: BaseOptions,
@@ -35,6 +39,25 @@ pub struct SplineRecipe {
     pub curves: CurveOptions,
     /// Patches.
     pub spline: SplineOptions,
+    /// Most times that the base mesh is remade because patches fold, or miss the tolerance.
+    pub rounds: usize,
+    /// Times that edge lengths are evened out by the measured errors when the number of faces is fixed.
+    pub evening: usize,
+}
+
+impl Default for SplineRecipe {
+    fn default() -> Self {
+        Self {
+            bounds: None,
+            size: Size::default(),
+            given: None,
+            base: BaseOptions::default(),
+            curves: CurveOptions::default(),
+            spline: SplineOptions::default(),
+            rounds: 10,
+            evening: 1,
+        }
+    }
 }
 
 /// A finished surface.
@@ -48,7 +71,9 @@ pub struct Fitted {
     pub negated: bool,
     /// Where the surface was looked for.
     pub bounds: Aabb,
-    /// Figures of the curve fits; `folded` and `faces_over_20deg` are those of the last check.
+    /// Was the wanted tolerance reached? Always so if none was wanted.
+    pub reached: bool,
+    /// Figures of the curve fits and of the last check.
     pub figures: SplineReport,
     /// Departures from what was asked.
     pub repairs: Vec<Repair>,
@@ -71,48 +96,222 @@ pub enum RecipeError {
     /// A G1 system failed.
     #[error(transparent)]
     Spline(#[from] SplineError),
+    /// Every round failed in a way that a finer mesh should have mended.
+    #[error("no surface after {rounds} rounds of refinement")]
+    OutOfRounds {
+        /// How many.
+        rounds: usize,
+    },
+    /// Patches fold over, however the mesh was refined.
+    #[error(
+        "{count} patches fold over, the first over face {face} near ({:.4}, {:.4}, {:.4}): more faces are needed",
+        at.x, at.y, at.z
+    )]
+    Folded {
+        /// How many.
+        count: usize,
+        /// The first one.
+        face: usize,
+        /// A corner of it.
+        at: Point3,
+    },
 }
 
+/// Lattice on which patches are checked between rounds: 91 samples each, not those of the fit.
+const CHECK_LATTICE: usize = 12;
+/// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
+const BACK_SAMPLES: usize = 30_000;
+/// The error that edge lengths aim at, as a share of the tolerance; less in every further round, since the largest of
+/// thousands of errors scatters.
+const AIM: f64 = 0.45;
+const AIM_FURTHER: f64 = 0.85;
+
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
+///
+/// The base mesh is remade while patches fold, curves fail or the tolerance is missed, up to `recipe.rounds` times; the
+/// best surface is kept.
 pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
-    let mut seconds = Seconds::default();
-    let mut stage = Stages { seconds: &mut seconds, progress };
-
-    let bounds = stage.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
-    let negated = stage.run("box", || base::outside_is_negative(formula, &bounds))?;
+    let mut stages = Stages { seconds: Seconds::default(), progress };
+    let bounds = stages.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
+    let negated = stages.run("box", || base::outside_is_negative(formula, &bounds))?;
     let formula = if negated { formula.negated() } else { formula.clone() };
+    let work = Work { formula, bounds, recipe };
 
-    let blame = |error: BaseError| match explain(&formula, &bounds, &error) {
-        Some(defect) => RecipeError::Defect(defect),
-        None => RecipeError::Base(error),
+    let first = stages.run("base mesh", || work.first_mesh())?;
+    let (mut mesh, mut repairs) = (first.base, first.repairs);
+    let mut kept: Option<Round> = None;
+    for round in 0..=recipe.rounds {
+        let made = work.surface(&mesh, &mut stages);
+        let wish = match &made {
+            Ok(made) => work.wish_after(made, round),
+            Err(error) => work.wish_after_failure(error, &mesh),
+        };
+        match made {
+            Ok(made) => kept = Some(made.better_of(kept)),
+            Err(error) if wish.is_none() && kept.is_none() => return Err(error),
+            Err(_) => (),
+        }
+        let Some(Wish { lengths, faces, reason }) = wish.filter(|_| recipe.given.is_none()) else { break };
+        let options = &recipe.base;
+        match stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, options)) {
+            Ok(finer) => {
+                repairs.extend(reason.map(|why| remade(finer.base.mesh.face_count(), why)));
+                mesh = finer.base;
+            }
+            // The mesh that there is has a surface, or the failure of its own.
+            Err(error) if kept.is_none() => return Err(error.into()),
+            Err(_) => break,
+        }
+    }
+    let kept = kept.ok_or(RecipeError::OutOfRounds { rounds: recipe.rounds })?;
+    kept.require_no_folds()?;
+    let reached = match recipe.size {
+        Size::Tolerance(tolerance) => kept.keeps(tolerance),
+        Size::Automatic | Size::Faces(_) => true,
     };
-    let faces = match recipe.size {
-        Size::Automatic => None,
-        Size::Faces(n) => Some(n),
-    };
-    let options = BaseOptions { faces, ..recipe.base };
-    let outcome = stage.run("base mesh", || match &recipe.given {
-        Some(mesh) => base::from_mesh(&formula, &mesh.positions, &mesh.faces, &options),
-        None => base::build(&formula, &bounds, &options),
-    });
-    let outcome = outcome.map_err(blame)?;
-    if let Some(defect) = stage.run("base mesh", || find_defect(&formula, &outcome.base)) {
-        return Err(defect.into());
+    let Work { formula, bounds, .. } = work;
+    let seconds = stages.seconds;
+    Ok(Fitted { surface: kept.surface, formula, negated, bounds, reached, figures: kept.figures, repairs, seconds })
+}
+
+/// What stays the same in all rounds.
+struct Work<'a> {
+    formula: Formula,
+    bounds: Aabb,
+    recipe: &'a SplineRecipe,
+}
+
+/// A surface with its errors.
+struct Round {
+    surface: TriangularSpline,
+    deviation: Deviation,
+    /// Largest distance from the zero set to the surface; infinite before it is measured.
+    back: f64,
+    figures: SplineReport,
+}
+
+impl Work<'_> {
+    /// Steps (i) and (ii) of the paper: polygonise, decimate, project; no kink may be on the surface.
+    fn first_mesh(&self) -> Result<BaseOutcome, RecipeError> {
+        let faces = match self.recipe.size {
+            Size::Faces(n) => Some(n),
+            Size::Automatic | Size::Tolerance(_) => None,
+        };
+        let options = BaseOptions { faces, ..self.recipe.base };
+        let outcome = match &self.recipe.given {
+            Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
+            None => base::build(&self.formula, &self.bounds, &options),
+        };
+        let outcome = outcome.map_err(|error| match explain(&self.formula, &self.bounds, &error) {
+            Some(defect) => RecipeError::Defect(defect),
+            None => RecipeError::Base(error),
+        })?;
+        match find_defect(&self.formula, &outcome.base) {
+            Some(defect) => Err(defect.into()),
+            None => Ok(outcome),
+        }
     }
 
-    let target = FieldTarget::new(&formula, outcome.base.diagonal());
-    let curves = stage.run("curves", || fit_quartics(&outcome.base, &target, &recipe.curves))?;
-    let surface = stage.run("patches", || spline::build(outcome.base, &curves, &target, &recipe.spline))?;
+    /// Steps (iii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
+    fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
+        let diagonal = mesh.diagonal();
+        let target = FieldTarget::new(&self.formula, diagonal);
+        let curves = stages.run("curves", || fit_quartics(mesh, &target, &self.recipe.curves))?;
+        let options = &self.recipe.spline;
+        let surface = stages.run("patches", || spline::build(mesh.clone(), &curves, &target, options))?;
+        let (deviation, back) = stages.run("check", || {
+            let deviation = deviation(&surface, &self.formula, diagonal, CHECK_LATTICE);
+            let back = match self.recipe.size {
+                Size::Tolerance(tolerance) if deviation.max_distance <= tolerance => {
+                    let (area, box_) = (extent(&surface).area, Some(self.bounds));
+                    coverage(&surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
+                        .map_or(f64::INFINITY, |c| c.max_distance)
+                }
+                _ => f64::INFINITY,
+            };
+            (deviation, back)
+        });
+        let figures = figures(&curves, &self.recipe.curves, &deviation);
+        Ok(Round { surface, deviation, back, figures })
+    }
 
-    let figures = figures(&curves);
-    let repairs =
-        outcome.repairs.into_iter().map(|r| Repair { what: r.what, place: r.place, why: r.why }).collect();
-    Ok(Fitted { surface, negated, bounds, figures, repairs, seconds, formula: formula.clone() })
+    /// The mesh to try next; none if the surface will do.
+    fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
+        let (base, patches) = (&made.surface.base, &made.deviation.patches);
+        let bad = patches.iter().any(is_bad);
+        let mut wish = match self.recipe.size {
+            Size::Tolerance(tolerance) => {
+                if !bad && made.keeps(tolerance) {
+                    return None;
+                }
+                let aim = AIM * AIM_FURTHER.powi(round as i32) * tolerance;
+                Wish { reason: None, ..lengths_for_error(base, patches, aim) }
+            }
+            Size::Automatic | Size::Faces(_) => {
+                if !bad && round >= self.recipe.evening {
+                    return None;
+                }
+                lengths_for_error(base, patches, median_error(patches))
+            }
+        };
+        wish.reason = bad.then_some("patches folded or had normals off by more than 20°");
+        // Evening out keeps the count, as does a count that was asked for.
+        if matches!(self.recipe.size, Size::Faces(_)) || (wish.reason.is_none() && self.recipe.size == Size::Automatic) {
+            wish.faces = base.mesh.face_count();
+        }
+        Some(wish)
+    }
+
+    /// Shorter edges where a curve or a system has no solution.
+    fn wish_after_failure(&self, error: &RecipeError, mesh: &BaseMesh) -> Option<Wish> {
+        let vertices = match error {
+            RecipeError::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            | RecipeError::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
+            RecipeError::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
+            _ => return None,
+        };
+        let mut wish = shorter_at(mesh, &vertices);
+        wish.reason = Some("a boundary curve or a G1 system had no solution");
+        if matches!(self.recipe.size, Size::Faces(_)) {
+            wish.faces = mesh.mesh.face_count();
+        }
+        Some(wish)
+    }
+}
+
+impl Round {
+    /// Is the largest distance, both ways, within the tolerance?
+    fn keeps(&self, tolerance: f64) -> bool {
+        self.deviation.max_distance <= tolerance && self.back <= tolerance
+    }
+
+    fn bad_patches(&self) -> usize {
+        self.deviation.patches.iter().filter(|p| is_bad(p)).count()
+    }
+
+    /// This one, unless the other has fewer bad patches, or as many and a smaller error.
+    fn better_of(self, other: Option<Self>) -> Self {
+        match other {
+            Some(other) => {
+                let score = |r: &Self| (r.bad_patches(), r.deviation.max_distance.max(r.back.min(f64::MAX)));
+                let (mine, others) = (score(&self), score(&other));
+                let worse = others.0 < mine.0 || (others.0 == mine.0 && others.1 < mine.1);
+                if worse { other } else { self }
+            }
+            None => self,
+        }
+    }
+
+    fn require_no_folds(&self) -> Result<(), RecipeError> {
+        let Some(face) = self.deviation.patches.iter().position(|p| p.folded) else { return Ok(()) };
+        let at = self.surface.nets[face][0];
+        Err(RecipeError::Folded { count: self.deviation.folded, face, at })
+    }
 }
 
 /// Runs stages, tells their names and sums up their times.
 struct Stages<'a> {
-    seconds: &'a mut Seconds,
+    seconds: Seconds,
     progress: &'a dyn Fn(&str),
 }
 
@@ -123,11 +322,17 @@ impl Stages<'_> {
     }
 }
 
-fn figures(curves: &[QuarticCurve]) -> SplineReport {
+fn remade(faces: usize, why: &str) -> Repair {
+    Repair { what: format!("base mesh remade with {faces} faces"), place: "whole mesh".into(), why: why.into() }
+}
+
+fn figures(curves: &[QuarticCurve], options: &CurveOptions, deviation: &Deviation) -> SplineReport {
     let steps: usize = curves.iter().map(|c| c.steps).sum();
     SplineReport {
         sqp_iterations_mean: steps as f64 / curves.len().max(1) as f64,
+        sqp_unconverged: curves.iter().filter(|c| c.steps >= options.max_steps).count(),
         curves_at_bound: curves.iter().filter(|c| c.at_bound).count(),
-        ..SplineReport::default()
+        folded: deviation.folded,
+        faces_over_20deg: deviation.over_limit,
     }
 }
