@@ -44,6 +44,7 @@
 pub mod base;
 pub mod bernstein;
 pub mod field;
+pub mod gallery;
 pub mod geom;
 pub mod inspect;
 pub mod io;

@@ -1,8 +1,8 @@
 //! Places where a formula is not smooth enough for a smooth surface.
 
-use crate::base::{BaseError, BaseMesh, ProjectOptions, project_points};
-use crate::field::{DomainError, Formula, Kink};
-use crate::geom::{Aabb, Point3, Points};
+use crate::base::{BaseError, BaseMesh};
+use crate::field::{DomainError, Field, Formula, Kink};
+use crate::geom::{Aabb, Point3, Vec3};
 use crate::mesh::EdgeId;
 
 /// Why a formula has no smooth surface.
@@ -28,15 +28,19 @@ pub enum Defect {
 
 /// Points along an edge at which a kink is looked for before the nearest one is closed in on.
 const EDGE_SAMPLES: usize = 9;
-/// Halvings of the stretch between two of these samples: its length in the end is below rounding of the tests.
-const HALVINGS: usize = 40;
-/// A point is on a kink if it is nearer than this share of the diagonal.
+/// Thirds by which the stretch between two of these samples is shortened: (2/3)⁸⁰ is below rounding.
+const THIRDS: usize = 80;
+/// A point is on a kink, and on the surface, if it is nearer than this share of the diagonal.
 const ON_KINK: f64 = 1e-9;
+/// Distance on both sides of a kink, as a share of the diagonal, at which the two gradients are taken.
+const BOTH_SIDES: f64 = 1e-7;
+/// Steps along a kink to the surface; Newton's method takes four or five from an edge of the mesh.
+const SLIDES: usize = 20;
 
 /// A kink of the formula on the surface that a base mesh approximates, if an edge of the mesh crosses one.
 ///
-/// A kink beside the surface does not count: points of the edges near one are projected onto the surface, and the kink
-/// must come down to distance zero there.
+/// A kink beside the surface does not count: from where an edge crosses the kink, a point slides along the kink, and must
+/// reach the surface within about the length of the edge.
 pub fn find_defect(formula: &Formula, base: &BaseMesh) -> Option<Defect> {
     let diagonal = base.diagonal();
     base.mesh.edges().find_map(|e| kink_on_edge(formula, base, e, diagonal))
@@ -49,32 +53,71 @@ fn kink_on_edge(formula: &Formula, base: &BaseMesh, edge: EdgeId, diagonal: f64)
     // The first-order distance may be off by a factor on a coarse mesh.
     const REACH: f64 = 2.0;
     formula.kink_near(a, REACH * length)?;
-    let probe = |t: f64| {
-        let p = on_surface(formula, a + t * (b - a), diagonal);
-        formula.kink_near(p, REACH * length).map_or((f64::INFINITY, p, None), |k| (k.distance, p, Some(k)))
-    };
+    let distance = |t: f64| kink_distance(formula, a + t * (b - a));
     let step = 1.0 / (EDGE_SAMPLES - 1) as f64;
-    let nearest =
-        (0..EDGE_SAMPLES).map(|i| i as f64 * step).min_by(|s, t| probe(*s).0.total_cmp(&probe(*t).0))?;
+    let samples = (0..EDGE_SAMPLES).map(|i| i as f64 * step);
+    let nearest = samples.min_by(|s, t| distance(*s).total_cmp(&distance(*t)))?;
     let (mut low, mut high) = ((nearest - step).max(0.0), (nearest + step).min(1.0));
-    for _ in 0..HALVINGS {
+    for _ in 0..THIRDS {
         let third = (high - low) / 3.0;
-        if probe(low + third).0 < probe(high - third).0 {
+        if distance(low + third) < distance(high - third) {
             high -= third;
         } else {
             low += third;
         }
     }
-    match probe(0.5 * (low + high)) {
-        (distance, at, Some(kink)) if distance <= ON_KINK * diagonal => Some(Defect::Kink { at, kink }),
-        _ => None,
+    let crossing = a + 0.5 * (low + high) * (b - a);
+    if kink_distance(formula, crossing) > ON_KINK * diagonal {
+        return None;
     }
+    let at = slide_to_surface(formula, crossing, (b - a) / length, diagonal)?;
+    let kink = formula.kink_near(at, ON_KINK * diagonal)?;
+    ((at - crossing).norm() <= REACH * length).then_some(Defect::Kink { at, kink })
 }
 
-fn on_surface(formula: &Formula, p: Point3, diagonal: f64) -> Point3 {
-    let mut points: Points = [p].into_iter().collect();
-    project_points(formula, &mut points, diagonal, &ProjectOptions::default());
-    points.get(0)
+fn kink_distance(formula: &Formula, p: Point3) -> f64 {
+    formula.kink_near(p, f64::INFINITY).map_or(f64::INFINITY, |kink| kink.distance)
+}
+
+/// From a point on a kink, which `across` crosses, along the kink to f = 0.
+///
+/// The gradients on both sides differ by a normal of the kink; their mean without its part along that normal is the slope
+/// of f along the kink. None if f has no slope there, or no such point is found.
+fn slide_to_surface(formula: &Formula, start: Point3, across: Vec3, diagonal: f64) -> Option<Point3> {
+    let (mut p, mut across) = (start, across);
+    for _ in 0..SLIDES {
+        let beside = BOTH_SIDES * diagonal * across;
+        let [ahead, behind] = [p + beside, p - beside].map(|q| formula.gradient(q).1);
+        let normal = (ahead - behind).try_normalize(0.0)?;
+        let mean = 0.5 * (ahead + behind);
+        let slope = mean - mean.dot(&normal) * normal;
+        let step = formula.value(p) / slope.norm_squared() * slope;
+        if !step.iter().all(|x| x.is_finite()) || step.norm() > diagonal {
+            return None;
+        }
+        p = back_to_kink(formula, p - step, &normal);
+        across = normal;
+        if step.norm() <= ON_KINK * diagonal {
+            return Some(p);
+        }
+    }
+    None
+}
+
+/// The point moved onto a curved kink along its normal.
+fn back_to_kink(formula: &Formula, mut p: Point3, normal: &Vec3) -> Point3 {
+    // The distance is of first order: every move squares what is left of it.
+    const MOVES: usize = 4;
+    for _ in 0..MOVES {
+        let off = kink_distance(formula, p);
+        let [q, r] = [p + off * normal, p - off * normal];
+        let (at_q, at_r) = (kink_distance(formula, q), kink_distance(formula, r));
+        match at_q.min(at_r) < off {
+            true => p = if at_q < at_r { q } else { r },
+            false => break,
+        }
+    }
+    p
 }
 
 /// What the formula has to say about a failure of the base mesh: an undefined value or a kink near its place.

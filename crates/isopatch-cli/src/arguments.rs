@@ -1,0 +1,182 @@
+//! What can be typed.
+
+use crate::outputs::{OutputFile, VtkCells};
+use crate::values;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use isopatch::geom::Aabb;
+use isopatch::io::Unit;
+use std::path::PathBuf;
+
+/// Turn a formula into a smooth solid made of few Bézier patches, for CAD.
+#[derive(Debug, Parser)]
+#[command(name = "isopatch", version, arg_required_else_help = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    Fit(Box<Fit>),
+    Inspect(Inspect),
+    Convert(Convert),
+    Gallery(Gallery),
+}
+
+/// Make a smooth surface from a formula and write it
+#[derive(Debug, Args)]
+#[command(after_help = FIT_EXAMPLES)]
+pub struct Fit {
+    /// A formula, such as "x^2+y^2+z^2-1" or "x^4+y^4+z^4 = 1+4xyz", or the name of a surface of `isopatch gallery`
+    #[arg(allow_hyphen_values = true, value_parser = values::input)]
+    pub input: String,
+
+    #[command(flatten)]
+    pub options: FitOptions,
+
+    /// Take options from a TOML file, by their long names; what is typed wins
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+}
+
+const FIT_EXAMPLES: &str = "\
+Examples:
+  isopatch fit decocube -o decocube.step -o decocube.glb --report decocube.json
+  isopatch fit \"x^4+y^4+z^4 = 1\" --tol 1e-4 -o cube.step
+  isopatch fit torus --base models/torus-20x10.off -o torus.step
+
+Exit status: 0 done; 1 the input can't be handled; 2 the command line is wrong; 3 made, but --tol was not reached
+(no file is written); 130 interrupted.";
+
+/// The options of `fit`, from the command line or a file.
+#[derive(Clone, Debug, Default, Args)]
+pub struct FitOptions {
+    /// Output file, as often as wanted; its ending is the format: .step .stp .vtu .glb .obj .ply .stl .isopatch
+    #[arg(short, long, value_name = "OUT", value_parser = values::output)]
+    pub output: Vec<OutputFile>,
+
+    /// How the surface is made; auto: formula → spline
+    #[arg(long, value_name = "METHOD")]
+    pub method: Option<Method>,
+
+    /// Box that holds the surface [default: that of the gallery, or found if the surface is bounded]
+    #[arg(
+        long = "box",
+        value_name = "XMIN,XMAX,YMIN,YMAX,ZMIN,ZMAX",
+        allow_hyphen_values = true,
+        value_parser = values::bounds
+    )]
+    pub bounds: Option<Aabb>,
+
+    /// Make the surface f = LEVEL instead of f = 0
+    #[arg(long, allow_hyphen_values = true, value_parser = values::finite)]
+    pub level: Option<f64>,
+
+    /// Number of patches [default: that of the gallery, or as many as the curvature asks for]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::count, conflicts_with = "tol")]
+    pub faces: Option<usize>,
+
+    /// Largest distance between surface and formula, relative to the diagonal
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::positive)]
+    pub tol: Option<f64>,
+
+    /// Value of a name in the formula, as often as wanted
+    #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub set: Vec<String>,
+
+    /// Take the base mesh from a file (.obj .off .ply .stl); its vertices are projected onto the surface
+    #[arg(long, value_name = "MESH", conflicts_with_all = ["faces", "tol"])]
+    pub base: Option<PathBuf>,
+
+    /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
+    pub resolution: Option<usize>,
+
+    /// What the cells of a .vtu are [default: bezier]
+    #[arg(long)]
+    pub cells: Option<VtkCells>,
+
+    /// What one unit of the formula is: mm, cm, m or in [default: mm]
+    #[arg(long)]
+    pub unit: Option<Unit>,
+
+    /// Write what is known about the result as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+
+    /// Number of threads [default: one a processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::count)]
+    pub threads: Option<usize>,
+}
+
+/// How a surface is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// The method that suits the input
+    Auto,
+    /// G1 spline of degree-7 Bézier triangles
+    Spline,
+}
+
+/// Measure a native file (.isopatch) on fresh samples
+#[derive(Debug, Args)]
+pub struct Inspect {
+    /// A native file
+    #[arg(value_name = "FILE.isopatch")]
+    pub file: PathBuf,
+
+    /// Formula or gallery name to measure against [default: the formula in the file]
+    #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
+    pub against: Option<String>,
+
+    /// Value of a name in the formula of --against, as often as wanted
+    #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment, requires = "against")]
+    pub set: Vec<String>,
+
+    /// Print the report as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Write a native file (.isopatch) in other formats
+#[derive(Debug, Args)]
+pub struct Convert {
+    /// A native file
+    #[arg(value_name = "IN.isopatch")]
+    pub input: PathBuf,
+
+    /// Output file; its ending is the format: .step .stp .vtu .glb .obj .ply .stl .isopatch
+    #[arg(value_name = "OUT", required = true, value_parser = values::output)]
+    pub output: Vec<OutputFile>,
+
+    /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
+    pub resolution: Option<usize>,
+
+    /// What the cells of a .vtu are [default: bezier]
+    #[arg(long)]
+    pub cells: Option<VtkCells>,
+}
+
+/// List the surfaces that have a name
+#[derive(Debug, Args)]
+pub struct Gallery {
+    /// Print a JSON array
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,96 @@
+//! Everything that can go wrong, and the exit status that it ends with.
+
+use crate::config::ConfigError;
+use crate::input::InputError;
+use isopatch::io::atomic::OutputError;
+use isopatch::io::native::NativeError;
+use isopatch::io::read::ReadError;
+use isopatch::recipes::spline::RecipeError;
+use isopatch::tessellate::TessellateError;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The input can't be handled.
+const EXIT_INPUT: u8 = 1;
+/// The command line is wrong.
+const EXIT_USAGE: u8 = 2;
+/// A surface was made, but not to the tolerance.
+const EXIT_TOLERANCE: u8 = 3;
+/// Ctrl-C.
+pub const EXIT_INTERRUPTED: u8 = 130;
+
+/// Why a command ends without its result.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    #[error(transparent)]
+    Usage(#[from] clap::Error),
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    #[error("{} is to be written twice", .0.display())]
+    OutputTwice(PathBuf),
+    #[error(transparent)]
+    Input(#[from] InputError),
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    #[error("{}: {source}", path.display())]
+    Native { path: PathBuf, source: NativeError },
+    #[error(transparent)]
+    Mesh(#[from] ReadError),
+    #[error("{} names no formula to measure against: give one with --against", .0.display())]
+    NoFormula(PathBuf),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Tessellate(#[from] TessellateError),
+    #[error("the report can't be made: {0}")]
+    Report(#[from] serde_json::Error),
+    #[error("{0} threads can't be started: {1}")]
+    Threads(usize, rayon::ThreadPoolBuildError),
+    #[error("Ctrl-C can't be watched for: {0}")]
+    Handler(ctrlc::Error),
+    #[error(
+        "the distance is {distance:.2e} of the diagonal with {patches} patches; --tol {tolerance:e} was not reached, and no file is written"
+    )]
+    Tolerance { distance: f64, tolerance: f64, patches: usize },
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Failure {
+    fn status(&self) -> u8 {
+        match self {
+            // Help and version are no errors.
+            Self::Usage(error) => u8::try_from(error.exit_code()).unwrap_or(EXIT_USAGE),
+            Self::Config(_) | Self::OutputTwice(_) | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
+            Self::Input(_)
+            | Self::Recipe(_)
+            | Self::Native { .. }
+            | Self::Mesh(_)
+            | Self::NoFormula(_)
+            | Self::Output(_)
+            | Self::Tessellate(_)
+            | Self::Report(_)
+            | Self::Threads(..)
+            | Self::Handler(_) => EXIT_INPUT,
+            Self::Tolerance { .. } => EXIT_TOLERANCE,
+            Self::Interrupted => EXIT_INTERRUPTED,
+        }
+    }
+
+    /// Prints what is wrong on stderr (help on stdout) and returns the exit status.
+    pub fn report(&self) -> ExitCode {
+        // Nobody can be told that stderr is closed.
+        let _ = match self {
+            Self::Usage(error) => error.print(),
+            Self::Interrupted => writeln!(io::stderr(), "{self}"),
+            other => writeln!(io::stderr(), "error: {other}"),
+        };
+        ExitCode::from(self.status())
+    }
+}
+
+/// Prints on stdout. A reader that has seen enough, as in `isopatch gallery | head`, is no error.
+pub fn print(text: &str) {
+    let _ = io::stdout().write_all(text.as_bytes());
+}

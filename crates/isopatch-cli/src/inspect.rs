@@ -1,0 +1,67 @@
+//! `isopatch inspect`: what a native file is worth.
+
+use crate::arguments::Inspect;
+use crate::failure::{Failure, print};
+use crate::input::Input;
+use crate::making;
+use crate::summary::summary;
+use isopatch::base::BaseMesh;
+use isopatch::field::{Field, Formula};
+use isopatch::geom::{Point3, Vec3};
+use isopatch::inspect::{InspectOptions, inspect};
+use isopatch::io::native::{NativeModel, read_native};
+use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
+use isopatch::surface::Continuity;
+use std::fs::File;
+use std::path::Path;
+
+pub fn run(arguments: &Inspect) -> Result<(), Failure> {
+    let mut seconds = Seconds::default();
+    let model = seconds.measure("read", || read(&arguments.file))?;
+    let (formula, region) = match &arguments.against {
+        Some(text) => {
+            let input = Input::new(text, &arguments.set)?;
+            (Some(outward(input.formula, &model.spline.base)), input.bounds)
+        }
+        None => (making::formula(&model.provenance), None),
+    };
+    let formula = formula.ok_or_else(|| Failure::NoFormula(arguments.file.clone()))?;
+    let options = InspectOptions { region, ..Default::default() };
+    let spline = &model.spline;
+    let inspection =
+        seconds.measure("inspection", || inspect(spline, &spline.base, Some(&formula), &options));
+    let report = Report {
+        schema: SCHEMA,
+        input: arguments.file.display().to_string(),
+        method: None,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        threads: rayon::current_num_threads(),
+        unit: model.provenance.unit.symbol().to_owned(),
+        negated: false,
+        diagonal: inspection.diagonal,
+        bounds: report::corners(&spline.base.bounds()),
+        base: BaseReport::new(&inspection),
+        surface: SurfaceReport::new(&inspection, "bezier-triangle-7", Continuity::G1),
+        spline: None,
+        repairs: Vec::new(),
+        seconds,
+        peak_memory_bytes: report::peak_memory_bytes(),
+    };
+    let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
+    print(&text);
+    Ok(())
+}
+
+/// Reads a native file.
+pub fn read(path: &Path) -> Result<NativeModel, Failure> {
+    let fault = |source| Failure::Native { path: path.to_owned(), source };
+    let mut file = File::open(path).map_err(|error| fault(error.into()))?;
+    read_native(&mut file).map_err(fault)
+}
+
+/// The formula or its negative: the one whose gradient points out of the solid at most vertices.
+fn outward(formula: Formula, base: &BaseMesh) -> Formula {
+    let along = |(p, n): (&Point3, &Vec3)| formula.gradient(*p).1.dot(n) > 0.0;
+    let agreeing = base.positions.iter().zip(&base.normals).filter(|vertex| along(*vertex)).count();
+    if 2 * agreeing < base.positions.len() { formula.negated() } else { formula }
+}

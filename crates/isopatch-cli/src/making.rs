@@ -1,0 +1,56 @@
+//! What a native file keeps about the making of its surface, besides the formula as it was typed.
+
+use crate::arguments::FitOptions;
+use crate::failure::Failure;
+use crate::input::Input;
+use isopatch::field::{Constants, Formula};
+use isopatch::io::native::Provenance;
+use isopatch::recipes::spline::Fitted;
+use isopatch::report;
+use serde::{Deserialize, Serialize};
+
+/// The options of a native file.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Making {
+    method: String,
+    /// NAME=VALUE, the last for a name counts.
+    set: Vec<String>,
+    level: Option<f64>,
+    negated: bool,
+    /// Where the surface was looked for, smallest and largest coordinates.
+    r#box: Option<[[f64; 3]; 2]>,
+}
+
+/// What a native file says about a surface that was just made.
+pub fn provenance(
+    input: &Input,
+    options: &FitOptions,
+    fitted: &Fitted,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "spline".to_owned(),
+        set: input.assignments.clone(),
+        level: options.level,
+        negated: fitted.negated,
+        r#box: Some(report::corners(&fitted.bounds)),
+    };
+    Ok(Provenance {
+        options: serde_json::to_string(&making)?,
+        source: input.formula.text().to_owned(),
+        unit: options.unit.unwrap_or_default(),
+        diagonal,
+        ..Default::default()
+    })
+}
+
+/// The formula that a native file was made from, negative inside; none if the file names none.
+pub fn formula(provenance: &Provenance) -> Option<Formula> {
+    let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();
+    let mut constants = Constants::new();
+    making.set.iter().try_for_each(|assignment| constants.assign(assignment)).ok()?;
+    let formula = Formula::parse(&provenance.source, &constants).ok()?;
+    let formula = making.level.map_or_else(|| formula.clone(), |level| formula.minus(level));
+    Some(if making.negated { formula.negated() } else { formula })
+}

@@ -1,0 +1,151 @@
+//! A report as a few lines for people.
+
+use crate::outputs::Written;
+use isopatch::report::Report;
+use std::fmt::Write;
+
+/// Most characters of the input that are shown.
+const MAX_TITLE: usize = 100;
+
+/// The report in lines, then the files.
+pub fn summary(report: &Report, files: &[Written]) -> String {
+    let mut lines = Lines(format!("{}\n", title(&report.input)));
+    shape(report, &mut lines);
+    accuracy(report, &mut lines);
+    for repair in &report.repairs {
+        lines.add("note", format!("{} at {}: {}", repair.what, repair.place, repair.why));
+    }
+    lines.add("time", times(report));
+    for (i, file) in files.iter().enumerate() {
+        let label = if i == 0 { "files" } else { "" };
+        lines.add(label, format!("{}, {}", file.path.display(), size(file.bytes)));
+    }
+    lines.0
+}
+
+/// Lines of a label and a text.
+struct Lines(String);
+
+impl Lines {
+    fn add(&mut self, label: &str, text: String) {
+        // Writing to a string does not fail.
+        let _ = writeln!(self.0, "  {label:<10}{text}");
+    }
+}
+
+fn title(input: &str) -> String {
+    match input.char_indices().nth(MAX_TITLE) {
+        Some((end, _)) => format!("{}…", &input[..end]),
+        None => input.to_owned(),
+    }
+}
+
+fn shape(report: &Report, lines: &mut Lines) {
+    let base = &report.base;
+    let surface = &report.surface;
+    lines.add(
+        "patches",
+        format!("{} of degree 7, {} vertices, {} seams", surface.patches, base.vertices, base.edges),
+    );
+    let open = match base.boundary_loops {
+        0 => "closed".to_owned(),
+        1 => "open, 1 boundary loop".to_owned(),
+        n => format!("open, {n} boundary loops"),
+    };
+    let components = match base.components {
+        1 => "1 component".to_owned(),
+        n => format!("{n} components"),
+    };
+    lines.add("topology", format!("{open}, {components}, Euler number {}, genus {}", base.euler, base.genus));
+    let unit = &report.unit;
+    let volume = surface.volume.map_or_else(String::new, |v| format!(", volume {} {unit}³", digits(v)));
+    lines.add(
+        "size",
+        format!("diagonal {} {unit}, area {} {unit}²{volume}", digits(report.diagonal), digits(surface.area)),
+    );
+}
+
+fn accuracy(report: &Report, lines: &mut Lines) {
+    let surface = &report.surface;
+    if let (Some(max), Some(rms)) = (surface.max_distance, surface.rms_distance) {
+        let back = surface.max_distance_back.map_or_else(String::new, |d| format!("; back, at most {d:.2e}"));
+        lines.add("distance", format!("at most {max:.2e}, RMS {rms:.2e}{back} (of the diagonal, measured)"));
+    }
+    if let Some(angle) = surface.max_normal_error_rad {
+        let bad = report.spline.map_or(0, |spline| spline.faces_over_20deg);
+        let over = if bad == 0 { String::new() } else { format!(", {bad} patches over 20°") };
+        lines.add("normals", format!("off by at most {}°{over}", degrees(angle)));
+    }
+    lines.add(
+        "seams",
+        format!(
+            "largest gap {} of the diagonal, largest normal jump {} rad",
+            small(surface.max_gap),
+            small(surface.max_normal_jump_rad)
+        ),
+    );
+}
+
+fn times(report: &Report) -> String {
+    let mut text = format!("{:.2} s", report.seconds.total());
+    let stages: Vec<String> =
+        report.seconds.stages().iter().map(|(stage, s)| format!("{stage} {s:.2}")).collect();
+    if !stages.is_empty() {
+        let _ = write!(text, ": {}", stages.join(", "));
+    }
+    text
+}
+
+/// A number with seven digits.
+fn digits(x: f64) -> String {
+    match x.abs() {
+        a if (1e-3..1e6).contains(&a) => {
+            let decimals = (6 - a.log10().floor() as i32).clamp(0, 9) as usize;
+            format!("{x:.decimals$}")
+        }
+        _ => format!("{x:.6e}"),
+    }
+}
+
+/// An angle in degrees.
+fn degrees(radians: f64) -> String {
+    match radians.to_degrees() {
+        d if d < 0.01 => small(d),
+        d => format!("{d:.3}"),
+    }
+}
+
+/// A number of which the magnitude matters.
+fn small(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
+}
+
+/// A number of bytes, in thousands that fit.
+fn size(bytes: u64) -> String {
+    let bytes = bytes as f64;
+    match bytes {
+        b if b < 1e3 => format!("{b:.0} bytes"),
+        b if b < 1e6 => format!("{:.1} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.1} GB", b / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_digits_at_every_scale() {
+        let shown = [3.377682, 12345.678, 0.0012345678, 1.5e-18, 2e9].map(digits);
+        assert_eq!(shown, ["3.377682", "12345.68", "0.001234568", "1.500000e-18", "2.000000e9"]);
+        assert_eq!([0.0, 3.9e-15].map(small), ["0", "3.9e-15"]);
+        assert_eq!([999, 1000, 1_310_000].map(size), ["999 bytes", "1.0 kB", "1.3 MB"]);
+    }
+
+    #[test]
+    fn long_inputs_are_cut() {
+        assert_eq!(title("x^2"), "x^2");
+        assert_eq!(title(&"π".repeat(200)).chars().count(), MAX_TITLE + 1);
+    }
+}

@@ -1,0 +1,129 @@
+//! Values of options, checked as they are read: each function takes the text and returns the value or what is wrong.
+
+use crate::outputs::OutputFile;
+use isopatch::field::Constants;
+use isopatch::geom::{Aabb, Point3};
+use isopatch::io::{Format, UnknownFormat};
+use std::path::PathBuf;
+
+/// Most intervals along an edge of a patch: one patch is then 262,144 triangles.
+const MAX_RESOLUTION: usize = 512;
+
+/// A formula or a name. A formula may start with a minus sign, but what looks like an option is not taken for one.
+pub fn input(text: &str) -> Result<String, String> {
+    let mut chars = text.chars();
+    let option = match (chars.next(), chars.next(), chars.next()) {
+        (Some('-'), Some('-'), _) => true,
+        (Some('-'), Some(letter), None) => letter.is_alphabetic() && !"xyz".contains(letter),
+        _ => false,
+    };
+    if option { Err("there is no such option".into()) } else { Ok(text.to_owned()) }
+}
+
+/// A number that is neither infinite nor NaN.
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) => Err("the number is not finite".into()),
+        Err(_) => Err("this is not a number".into()),
+    }
+}
+
+/// A finite number above 0.
+pub fn positive(text: &str) -> Result<f64, String> {
+    let number = finite(text)?;
+    if number > 0.0 { Ok(number) } else { Err("the number is not positive".into()) }
+}
+
+/// A whole number above 0.
+pub fn count(text: &str) -> Result<usize, String> {
+    let number: i128 = text.trim().parse().map_err(|_| "this is not a whole number")?;
+    if number <= 0 {
+        return Err("the number is not positive".into());
+    }
+    // Elements are numbered in 32 bits.
+    u32::try_from(number).map(|n| n as usize).map_err(|_| "the number is too large".into())
+}
+
+/// Intervals along an edge.
+pub fn resolution(text: &str) -> Result<usize, String> {
+    match count(text)? {
+        n if n <= MAX_RESOLUTION => Ok(n),
+        _ => Err(format!("the largest resolution is {MAX_RESOLUTION}")),
+    }
+}
+
+/// "xmin,xmax,ymin,ymax,zmin,zmax".
+pub fn bounds(text: &str) -> Result<Aabb, String> {
+    let numbers = text
+        .split(',')
+        .map(|number| finite(number).map_err(|problem| format!("\"{number}\": {problem}")))
+        .collect::<Result<Vec<_>, _>>()?;
+    let &[x0, x1, y0, y1, z0, z1] = numbers.as_slice() else {
+        return Err(format!(
+            "a box has six numbers, xmin,xmax,ymin,ymax,zmin,zmax; here are {}",
+            numbers.len()
+        ));
+    };
+    for (axis, min, max) in [("x", x0, x1), ("y", y0, y1), ("z", z0, z1)] {
+        if min > max {
+            return Err(format!("the box is reversed in {axis}: {min} is above {max}"));
+        }
+        if min == max {
+            return Err(format!("the box is flat in {axis}: from {min} to {max}"));
+        }
+    }
+    Ok(Aabb::new(Point3::new(x0, y0, z0), Point3::new(x1, y1, z1)))
+}
+
+/// "NAME=VALUE".
+pub fn assignment(text: &str) -> Result<String, isopatch::field::ConstantError> {
+    Constants::new().assign(text).map(|()| text.to_owned())
+}
+
+/// A file name with a known ending.
+pub fn output(text: &str) -> Result<OutputFile, UnknownFormat> {
+    let path = PathBuf::from(text);
+    Ok(OutputFile { format: Format::of(&path)?, path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_may_start_with_a_minus_sign_and_options_are_no_formulas() {
+        for formula in ["-x^2-y^2-z^2+1", "-z", "-(x+y)", "- x", "x", "-2x"] {
+            assert_eq!(input(formula).as_deref(), Ok(formula));
+        }
+        for option in ["--speed", "-q", "--"] {
+            assert!(input(option).is_err(), "{option}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_refused() {
+        assert_eq!(positive("1e-4"), Ok(1e-4));
+        for text in ["0", "-1", "nan", "inf", "1e999", "", "1e"] {
+            assert!(positive(text).is_err(), "{text}");
+        }
+        assert_eq!(count("600"), Ok(600));
+        for text in ["0", "-600", "6.5", "1e3", "99999999999999999999", "4294967296"] {
+            assert!(count(text).is_err(), "{text}");
+        }
+        assert_eq!(resolution("512"), Ok(512));
+        assert!(resolution("513").is_err());
+    }
+
+    #[test]
+    fn boxes_are_six_numbers_in_order() {
+        let expected = Aabb::new(Point3::new(-1.0, -2.0, 0.5), Point3::new(1.0, 2.0, 30.0));
+        assert_eq!(bounds("-1,1, -2,2, 0.5,3e1"), Ok(expected));
+        let problem = |text| bounds(text).unwrap_err();
+        assert_eq!(problem("1,-1,0,1,0,1"), "the box is reversed in x: 1 is above -1");
+        assert_eq!(problem("0,1,2,2,0,1"), "the box is flat in y: from 2 to 2");
+        assert!(problem("0,1,0,1,0").ends_with("here are 5"));
+        assert_eq!(problem("0,1,0,1,0,one"), "\"one\": this is not a number");
+        assert_eq!(problem("0,1,0,1,0,nan"), "\"nan\": the number is not finite");
+    }
+}
