@@ -3,6 +3,7 @@
 //! Numbers that do not exist are `null`: a distance that was not measured, or that is infinite because no point of
 //! the zero set was found.
 
+pub use crate::base::Repair;
 use crate::geom::Aabb;
 use crate::inspect::Inspection;
 use crate::surface::Continuity;
@@ -133,18 +134,6 @@ pub struct SplineReport {
     pub folded: usize,
     /// Number of patches whose normal is over 20° off somewhere.
     pub faces_over_20deg: usize,
-}
-
-/// One repair.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Repair {
-    /// What was done.
-    pub what: String,
-    /// To which element, or near which point.
-    #[serde(rename = "where")]
-    pub place: String,
-    /// For which reason.
-    pub why: String,
 }
 
 impl BaseReport {

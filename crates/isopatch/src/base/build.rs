@@ -55,13 +55,14 @@ impl Default for SeedOptions {
 }
 
 /// Something that was changed or is not as it should be.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Repair {
     /// What was done or found.
     pub what: String,
-    /// Where, in words or coordinates.
+    /// To which element, or near which point.
+    #[serde(rename = "where")]
     pub place: String,
-    /// Why.
+    /// For which reason.
     pub why: String,
 }
 

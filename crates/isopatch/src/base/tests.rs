@@ -7,14 +7,6 @@ fn with_faces(faces: usize) -> BaseOptions {
     BaseOptions { faces: Some(faces), ..BaseOptions::default() }
 }
 
-fn unit_sphere() -> Analytic<Sphere> {
-    sphere_at(Vec3::zeros(), 1.0)
-}
-
-fn sphere_at(center: Vec3, radius: f64) -> Analytic<Sphere> {
-    Analytic(Sphere { center, radius, sign: 1.0 })
-}
-
 fn assert_on_surface(field: &dyn Field, base: &BaseMesh) {
     let diagonal = base.diagonal();
     for p in &base.positions {
@@ -32,8 +24,8 @@ fn failure(field: &dyn Field, bounds: &Aabb) -> BaseError {
 
 #[test]
 fn paper_surfaces_have_the_right_topology_and_count_and_good_shape() {
-    for (name, field, bounds, faces, euler) in paper_surfaces() {
-        let outcome = build(field.as_ref(), &bounds, &with_faces(faces)).unwrap();
+    for Example { name, field, bounds, faces, euler } in paper_surfaces() {
+        let outcome = build(&field, &bounds, &with_faces(faces)).unwrap();
         let quality = quality(&outcome.base);
         let mesh = &outcome.base.mesh;
         assert_eq!(
@@ -45,7 +37,7 @@ fn paper_surfaces_have_the_right_topology_and_count_and_good_shape() {
         assert_eq!(outcome.repairs, [], "{name}");
         assert_eq!(outcome.violations, [], "{name}");
         assert!(quality.smallest_angle > 15.0 && quality.corners[1] < 140.0, "{name}");
-        assert_on_surface(field.as_ref(), &outcome.base);
+        assert_on_surface(&field, &outcome.base);
     }
 }
 
@@ -60,7 +52,7 @@ fn faces_look_outward_also_where_the_inside_is_outside() {
             .sum()
     };
     for sign in [1.0, -1.0] {
-        let field = Analytic(Sphere { center: Vec3::zeros(), radius: 1.0, sign });
+        let field = if sign < 0.0 { unit_sphere().negated() } else { unit_sphere() };
         assert_eq!(outside_is_negative(&field, &cube(1.3)), Ok(sign < 0.0));
         let base = build(&field, &cube(1.3), &with_faces(200)).unwrap().base;
         assert!((sign * volume(&base) - 4.0).abs() < 0.1, "{}", volume(&base));
@@ -70,9 +62,9 @@ fn faces_look_outward_also_where_the_inside_is_outside() {
 #[test]
 fn components_are_kept() {
     let bounds = Aabb::new(Vec3::repeat(-1.5), Vec3::new(1.5, 1.5, 4.5));
-    let two = build(&Analytic(TwoSpheres), &bounds, &with_faces(300)).unwrap().base;
+    let two = build(&field(TWO_SPHERES), &bounds, &with_faces(300)).unwrap().base;
     assert_eq!((two.mesh.component_count(), two.mesh.euler_number()), (2, 4));
-    let nested = build(&Analytic(NestedSpheres), &cube(1.6), &with_faces(400)).unwrap().base;
+    let nested = build(&field(NESTED_SPHERES), &cube(1.6), &with_faces(400)).unwrap().base;
     assert_eq!((nested.mesh.component_count(), nested.mesh.euler_number()), (2, 4));
     assert!(validity(&nested, &ValidityLimits::default()).is_empty());
 }
@@ -99,17 +91,17 @@ fn boxes_are_found_for_spheres_of_any_size_and_place() {
 
 #[test]
 fn boxes_are_found_for_the_paper_surfaces() {
-    for (name, field, bounds, _, _) in paper_surfaces() {
-        let found = find_box(field.as_ref()).unwrap();
+    for Example { name, field, bounds, .. } in paper_surfaces() {
+        let found = find_box(&field).unwrap();
         assert!(found.size().max() < 2.0 * bounds.size().max(), "{name}: {found:?}");
     }
 }
 
 #[test]
 fn unbounded_surfaces_have_no_box() {
-    assert_eq!(find_box(&Analytic(Plane)), Err(BaseError::Unbounded));
-    assert_eq!(find_box(&Analytic(Cylinder)), Err(BaseError::Unbounded));
-    assert_eq!(find_box(&Analytic(NoZero)), Err(BaseError::NoSurface { negative: false, proven: true }));
+    assert_eq!(find_box(&field(PLANE)), Err(BaseError::Unbounded));
+    assert_eq!(find_box(&field(CYLINDER)), Err(BaseError::Unbounded));
+    assert_eq!(find_box(&field(NO_ZERO)), Err(BaseError::NoSurface { negative: false, proven: true }));
 }
 
 #[test]
@@ -133,10 +125,10 @@ fn bad_boxes_are_named() {
 #[test]
 fn fields_without_a_closed_surface_are_named() {
     let no_surface = BaseError::NoSurface { negative: false, proven: true };
-    assert_eq!(failure(&Analytic(NoZero), &cube(2.0)), no_surface);
-    assert_eq!(failure(&Analytic(Nan), &cube(2.0)), BaseError::Undefined { share: 1.0, at: None });
-    assert_eq!(failure(&Analytic(Constant), &cube(2.0)), BaseError::ConstantField { value: 0.0 });
-    match failure(&Analytic(Cylinder), &cube(2.0)) {
+    assert_eq!(failure(&field(NO_ZERO), &cube(2.0)), no_surface);
+    assert_eq!(failure(&field(NAN), &cube(2.0)), BaseError::Undefined { share: 1.0, at: None });
+    assert_eq!(failure(&field(CONSTANT), &cube(2.0)), BaseError::ConstantField { value: 0.0 });
+    match failure(&field(CYLINDER), &cube(2.0)) {
         BaseError::SurfaceLeavesBox { side, .. } => assert_eq!(side.axis, 2),
         other => panic!("{other}"),
     }
@@ -151,7 +143,7 @@ fn fields_without_a_closed_surface_are_named() {
 
 #[test]
 fn a_pole_is_no_surface() {
-    let error = failure(&Reciprocal(unit_sphere()), &cube(2.0));
+    let error = failure(&field(POLE), &cube(2.0));
     assert!(matches!(error, BaseError::NotOnSurface { .. }), "{error}");
 }
 
@@ -162,9 +154,9 @@ fn singular_points_are_found() {
         BaseError::Singular { at: found } => assert!((found - at).norm() < 1e-4, "{found:?}"),
         other => panic!("{other}"),
     };
-    singular(&Analytic(Lemniscate), &cube(1.5), Vec3::zeros());
+    singular(&field(LEMNISCATE), &cube(1.5), Vec3::zeros());
     let bounds = Aabb::new(Vec3::repeat(-1.5), Vec3::new(1.5, 1.5, 3.5));
-    singular(&Analytic(TouchingSpheres), &bounds, Vec3::z());
+    singular(&field(TOUCHING_SPHERES), &bounds, Vec3::z());
 }
 
 #[test]
@@ -177,11 +169,11 @@ fn face_counts_are_exact_or_refused() {
     assert_eq!((odd.base.mesh.face_count(), odd.repairs.len()), (102, 1));
     let flat = Aabb::new(Vec3::new(-6.4, -6.4, -1.4), Vec3::new(6.4, 6.4, 1.4));
     for faces in [0, 2, 8] {
-        match build(&Analytic(Torus), &flat, &with_faces(faces)).unwrap_err() {
+        match build(&field(TORUS), &flat, &with_faces(faces)).unwrap_err() {
             BaseError::TooFewFaces { asked, least } => {
                 assert_eq!(asked, faces);
                 assert!((14..200).contains(&least), "{least}");
-                assert!(build(&Analytic(Torus), &flat, &with_faces(least)).is_ok());
+                assert!(build(&field(TORUS), &flat, &with_faces(least)).is_ok());
             }
             other => panic!("{other}"),
         }
@@ -194,7 +186,7 @@ fn the_automatic_count_respects_the_curvature() {
     let base = build(&unit_sphere(), &cube(1.3), &options).unwrap().base;
     assert!((20..60).contains(&base.mesh.face_count()), "{}", base.mesh.face_count());
     let bounds = cube(1.2);
-    let outcome = build(&Analytic(Dodeca), &bounds, &options).unwrap();
+    let outcome = build(&field(DODECA), &bounds, &options).unwrap();
     assert_eq!(outcome.violations, []);
 }
 
@@ -202,7 +194,9 @@ fn the_automatic_count_respects_the_curvature() {
 fn the_result_does_not_depend_on_the_number_of_threads() {
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| build(&Analytic(DoubleTorus), &paper_surfaces()[2].2, &with_faces(600)).unwrap().base)
+        pool.install(|| {
+            build(&field(DOUBLE_TORUS), &paper_surfaces()[2].bounds, &with_faces(600)).unwrap().base
+        })
     };
     let (one, two) = (on(1), on(2));
     assert_eq!(one.positions, two.positions);

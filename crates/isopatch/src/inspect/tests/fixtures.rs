@@ -220,47 +220,6 @@ impl Field for Nowhere {
     unknown_ranges!();
 }
 
-/// Unit spheres at x = 0, 3, 6, …
-pub struct Row {
-    pub count: usize,
-}
-
-impl Row {
-    fn nearest(&self, p: &Point3) -> Sphere {
-        Sphere::at(3.0 * (p.x / 3.0).round().clamp(0.0, self.count as f64 - 1.0), 1.0)
-    }
-}
-
-impl Field for Row {
-    fn gradient(&self, p: Point3) -> (f64, Vec3) {
-        self.nearest(&p).gradient(p)
-    }
-    fn jet(&self, p: Point3) -> Jet {
-        self.nearest(&p).jet(p)
-    }
-    unknown_ranges!();
-}
-
-/// All surfaces as one.
-pub fn joined(parts: &[TriangularSpline]) -> TriangularSpline {
-    let (mut faces, mut count) = (Vec::new(), 0);
-    for part in parts {
-        let mesh = &part.base.mesh;
-        faces.extend(mesh.faces().map(|f| mesh.triangle(f).map(|v| v.0 + count)));
-        count += mesh.vertex_count() as u32;
-    }
-    let mesh = HalfEdgeMesh::from_faces(count as usize, &faces).unwrap();
-    let base = BaseMesh {
-        features: vec![EdgeFeature::Smooth; mesh.edge_count()],
-        positions: parts.iter().flat_map(|p| p.base.positions.clone()).collect(),
-        normals: parts.iter().flat_map(|p| p.base.normals.clone()).collect(),
-        curvatures: parts.iter().flat_map(|p| p.base.curvatures.clone()).collect(),
-        mesh,
-    };
-    let curves = parts.iter().flat_map(|p| p.curves.clone()).collect();
-    TriangularSpline::new(base, curves, parts.iter().flat_map(|p| p.nets.clone()).collect())
-}
-
 /// A sphere with a range, that counts evaluations.
 pub struct Counted {
     pub field: Sphere,

@@ -421,32 +421,3 @@ fn the_table_names_every_figure() {
     let without = inspect(&spline, &spline.base, None, &coarse()).to_string();
     assert!(!without.contains("field"));
 }
-
-/// Times of the stages on 5,000 patches; `cargo test -p isopatch --release -- --ignored --nocapture speed`.
-#[test]
-#[ignore = "prints times, proves nothing"]
-fn speed_on_five_thousand_patches() {
-    let spheres = 250;
-    let one = icosahedron();
-    let surfaces: Vec<_> =
-        (0..spheres).map(|i| one.clone().translated(Vec3::new(3.0 * i as f64, 0.0, 0.0))).collect();
-    let spline = joined(&surfaces);
-    let field = Row { count: spheres };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let mut seconds = crate::report::Seconds::default();
-    let diagonal = one.base.diagonal();
-    pool.install(|| {
-        let e = seconds.measure("extent", || extent(&spline));
-        seconds.measure("topology", || topology(&spline.base.mesh));
-        seconds.measure("seams", || seams(&spline, diagonal, 33));
-        seconds.measure("interpolation", || interpolation(&spline.base, &spline, diagonal));
-        let d = seconds.measure("deviation", || deviation(&spline, &field, diagonal, 12));
-        let c = seconds.measure("coverage", || coverage(&spline, &field, diagonal, e.area, 30_000, None));
-        let z = seconds.measure("zeros", || zeros(&field, &e.bounds, (1.5 * e.area / 30_000.0).sqrt()));
-        let tree = seconds.measure("tree", || ClosestPatch::new(&spline));
-        seconds
-            .measure("nearest", || z.iter().map(|p| tree.nearest(p).unwrap().distance).fold(0.0, f64::max));
-        println!("{:?} {} {:?} {}", c, d.max_distance, e, z.len());
-    });
-    println!("{:?}", seconds.stages());
-}
