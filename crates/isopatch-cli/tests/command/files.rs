@@ -64,7 +64,7 @@ fn native_files_are_inspected_and_converted() {
 fn the_same_bytes_whatever_the_number_of_threads() {
     let folder = Folder::new();
     for (threads, output) in [("1", "a.isopatch"), ("2", "b.isopatch")] {
-        folder.run(&["fit", "torus", "--faces", "200", "--threads", threads, "-o", output]).assert_done();
+        folder.run(&["fit", "dodeca", "--faces", "400", "--threads", threads, "-o", output]).assert_done();
     }
     assert_eq!(fs::read(folder.path("a.isopatch")).unwrap(), fs::read(folder.path("b.isopatch")).unwrap());
 }
@@ -81,6 +81,7 @@ fn a_tolerance_that_is_reached_is_kept() {
 }
 
 #[test]
+#[ignore = "takes over a minute: the recipe adds patches up to its limit before it gives up"]
 fn a_tolerance_that_is_not_reached_leaves_no_file() {
     let folder = Folder::new();
     let run =
