@@ -81,7 +81,7 @@ fn a_tolerance_that_is_reached_is_kept() {
 }
 
 #[test]
-#[ignore = "takes over a minute: the recipe adds patches up to its limit before it gives up"]
+
 fn a_tolerance_that_is_not_reached_leaves_no_file() {
     let folder = Folder::new();
     let run =

@@ -161,7 +161,8 @@ fn advance(
     } else {
         w.step *= 0.5;
     }
-    let tolerance = options.tolerance * diagonal;
+    // Far from the origin, coordinates are coarser than the tolerance asks.
+    let tolerance = (options.tolerance * diagonal).max(f64::EPSILON * w.best.amax());
     if w.newton < tolerance {
         w.best += w.step;
         return Progress::Arrived;
