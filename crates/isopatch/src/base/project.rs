@@ -39,7 +39,8 @@ const CHUNK: usize = 1024;
 /// Moves every point onto the surface f = 0 along the gradient: p ← p − f ∇f / |∇f|², Tong & Kim 2009, eq. (4).
 ///
 /// A step that does not make |f| smaller is halved. A point has arrived when a step shorter than
-/// `options.tolerance`·`diagonal` was taken, or |f| is within the field's rounding bound. Points are independent of each
+/// `options.tolerance`·`diagonal`, or than the spacing of floats there, was taken, or when |f| is within the field's
+/// rounding bound. Points are independent of each
 /// other: the result is the same whatever the number of threads.
 pub fn project_points(
     field: &dyn Field,
@@ -142,6 +143,10 @@ enum Progress {
 /// about as much as an evaluation, so not before.
 const NEAR: f64 = 1e-9;
 
+/// Spacing of the floats at a point, as a share of its largest coordinate, with room for the rounding of all three:
+/// far from the origin no point is nearer to the surface than this.
+const SPACING: f64 = 2.0 * f64::EPSILON;
+
 /// Judges the trial point of a walker and chooses its following step.
 fn advance(
     field: &dyn Field,
@@ -161,8 +166,7 @@ fn advance(
     } else {
         w.step *= 0.5;
     }
-    // Far from the origin, coordinates are coarser than the tolerance asks.
-    let tolerance = (options.tolerance * diagonal).max(f64::EPSILON * w.best.amax());
+    let tolerance = (options.tolerance * diagonal).max(SPACING * w.best.amax());
     if w.newton < tolerance {
         w.best += w.step;
         return Progress::Arrived;

@@ -11,10 +11,9 @@ fn assert_on_surface(field: &dyn Field, base: &BaseMesh) {
     let diagonal = base.diagonal();
     for p in &base.positions {
         let (f, g) = field.gradient(*p);
-        assert!(
-            f.abs() <= 2e-13 * diagonal * g.norm() || f.abs() <= field.rounding_bound(*p),
-            "{f:e} at {p:?}"
-        );
+        // Far from the origin the floats are too far apart for the first part alone.
+        let reach = 2e-13 * diagonal + 2.0 * f64::EPSILON * p.amax();
+        assert!(f.abs() <= reach * g.norm() || f.abs() <= field.rounding_bound(*p), "{f:e} at {p:?}");
     }
 }
 
