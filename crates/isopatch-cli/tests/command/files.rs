@@ -86,7 +86,8 @@ fn a_tolerance_that_is_not_reached_leaves_no_file() {
     // A given base mesh is used as it is.
     let base = model("torus-20x10.off");
     let base = base.to_str().unwrap();
-    let arguments = ["fit", "torus", "--base", base, "--tol", "1e-9", "-o", "older.step", "--report", "r.json"];
+    let arguments =
+        ["fit", "torus", "--base", base, "--tol", "1e-9", "-o", "older.step", "--report", "r.json"];
     folder.run(&arguments).assert_fails(3, &["--tol 1e-9", "not reached"]);
     folder.assert_untouched();
 }
