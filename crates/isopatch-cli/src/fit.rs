@@ -9,12 +9,13 @@ use crate::making;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
+use isopatch::base;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
 use isopatch::io::read::read_mesh;
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
-use isopatch::report::{self, BaseReport, Report, SCHEMA, SplineReport, SurfaceReport};
+use isopatch::report::{self, BaseReport, Repair, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
 use std::path::Path;
 
@@ -67,8 +68,9 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
 fn size(input: &Input, options: &FitOptions) -> Size {
     match (options.faces, options.tol, input.faces) {
         (Some(faces), ..) => Size::Faces(faces),
+        (None, Some(tolerance), _) => Size::Tolerance(tolerance),
         (None, None, Some(faces)) => Size::Faces(faces),
-        (None, ..) => Size::Automatic,
+        (None, None, None) => Size::Automatic,
     }
 }
 
@@ -110,10 +112,14 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
             faces_over_20deg: deviation.map_or(0, |d| d.over_limit),
             ..fitted.figures
         }),
-        repairs: fitted.repairs.clone(),
+        repairs: fitted.repairs.iter().map(repair).collect(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),
     }
+}
+
+fn repair(made: &base::Repair) -> Repair {
+    Repair { what: made.what.clone(), place: made.place.clone(), why: made.why.clone() }
 }
 
 /// Writes the files, then the report, which tells how long that took.

@@ -115,6 +115,13 @@ impl Formula {
         self.polynomial.get_or_init(|| Polynomial::of(&self.expression, self.root)).as_ref()
     }
 
+    /// The value of a formula that is a polynomial without x, y and z.
+    pub fn constant(&self) -> Option<f64> {
+        let polynomial = self.polynomial()?;
+        // Adding zero turns −0 into 0.
+        (polynomial.degree() == 0).then(|| self.value(Point3::zeros()) + 0.0)
+    }
+
     /// Operations of the tapes for f and for f with ∇f.
     #[cfg(test)]
     pub(super) fn operations(&self) -> (usize, usize) {

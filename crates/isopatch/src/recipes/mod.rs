@@ -1,6 +1,7 @@
 //! One file per paper, each reads like the paper's outline.
 
 mod differentiable;
+mod least;
 mod refine;
 pub mod spline;
 

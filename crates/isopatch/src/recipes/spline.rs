@@ -1,6 +1,7 @@
 //! The G1 spline of Tong & Kim 2009 from a formula: the paper's section 3.4, with the corrections of PAPERS.md.
 
 use super::differentiable::{Defect, explain, find_defect};
+use super::least::least_that_works;
 use super::refine::{Wish, is_bad, lengths_for_error, median_error, shorter_at};
 use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, FieldTarget, Repair};
 use crate::field::Formula;
@@ -41,6 +42,8 @@ pub struct SplineRecipe {
     pub spline: SplineOptions,
     /// Most times that the base mesh is remade because patches fold, or miss the tolerance.
     pub rounds: usize,
+    /// Most faces on the way to a tolerance.
+    pub most_faces: usize,
     /// Times that edge lengths are evened out by the measured errors when the number of faces is fixed.
     pub evening: usize,
 }
@@ -55,6 +58,7 @@ impl Default for SplineRecipe {
             curves: CurveOptions::default(),
             spline: SplineOptions::default(),
             rounds: 10,
+            most_faces: 400_000,
             evening: 1,
         }
     }
@@ -130,8 +134,37 @@ const GROWTH: f64 = 1.06;
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
 /// The base mesh is remade while patches fold, curves fail or the tolerance is missed, up to `recipe.rounds` times; the
-/// best surface is kept.
+/// best surface is kept. If a wanted number of faces is too small, the error names one that works.
 pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
+    let error = match attempt(formula, recipe, progress) {
+        Err(error) => error,
+        fitted => return fitted,
+    };
+    match recipe.size {
+        Size::Faces(asked) if error.asks_for_more_faces() && recipe.given.is_none() => {
+            progress("least count");
+            let works = |n| {
+                let recipe = SplineRecipe { size: Size::Faces(n), rounds: SEARCH_ROUNDS, ..recipe.clone() };
+                attempt(formula, &recipe, &|_| ()).is_ok()
+            };
+            let least = least_that_works(asked, SEARCHED * asked.max(FEWEST), works);
+            Err(least.map_or(error, |least| BaseError::TooFewFaces { asked, least }.into()))
+        }
+        _ => Err(error),
+    }
+}
+
+/// A count that works is searched for up to this multiple of the one that was asked for, which counts as [`FEWEST`] if it
+/// is less.
+const SEARCHED: usize = 20;
+const FEWEST: usize = 500;
+/// Rounds of each trial: a count that needs many repairs is too small.
+const SEARCH_ROUNDS: usize = 2;
+
+fn attempt(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
+    if let Some(value) = formula.constant() {
+        return Err(BaseError::ConstantField { value }.into());
+    }
     let mut stages = Stages { seconds: Seconds::default(), progress };
     let bounds = stages.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
     let negated = stages.run("box", || base::outside_is_negative(formula, &bounds))?;
@@ -152,7 +185,8 @@ pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) ->
             Err(error) if wish.is_none() && kept.is_none() => return Err(error),
             Err(_) => (),
         }
-        let Some(Wish { lengths, faces, reason }) = wish.filter(|_| recipe.given.is_none()) else { break };
+        let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
+        let Some(Wish { lengths, faces, reason }) = wish.filter(allowed) else { break };
         let options = &recipe.base;
         match stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, options)) {
             Ok(finer) => {
@@ -182,6 +216,19 @@ pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) ->
         repairs,
         seconds,
     })
+}
+
+impl RecipeError {
+    /// Would more faces help?
+    fn asks_for_more_faces(&self) -> bool {
+        match self {
+            Self::Base(error) => {
+                matches!(error, BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })
+            }
+            Self::Defect(_) => false,
+            Self::Curve(_) | Self::Spline(_) | Self::OutOfRounds { .. } | Self::Folded { .. } => true,
+        }
+    }
 }
 
 /// What stays the same in all rounds.
