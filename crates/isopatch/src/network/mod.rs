@@ -3,3 +3,6 @@
 mod quartic;
 
 pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+
+#[cfg(test)]
+mod tests;
