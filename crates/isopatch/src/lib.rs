@@ -5,11 +5,41 @@
 //! written exactly as a STEP solid. The method is that of Tong & Kim (2009); PAPERS.md says where each of its formulas
 //! is, and which are misprinted.
 //!
+//! # In short
+//!
+//! [`recipes`] has whole runs. This one makes the unit sphere of 80 patches, measures it, and writes a solid:
+//!
+//! ```
+//! use isopatch::field::{Constants, Formula};
+//! use isopatch::inspect::{InspectOptions, inspect};
+//! use isopatch::io::step::{StepOptions, write_step};
+//! use isopatch::recipes::spline::{Size, SplineRecipe, fit};
+//!
+//! let formula = Formula::parse("x^2 + y^2 + z^2 = 1", &Constants::new())?;
+//! let recipe = SplineRecipe { size: Size::Faces(80), ..SplineRecipe::default() };
+//! let fitted = fit(&formula, &recipe, &|_stage| ())?;
+//! let (surface, base) = (&fitted.surface, &fitted.surface.base);
+//!
+//! // Lengths are relative to the diagonal of the base mesh, angles in radians.
+//! let found = inspect(surface, base, Some(&fitted.formula), &InspectOptions::default());
+//! assert!(found.deviation.is_some_and(|there| there.max_distance < 1e-3));
+//! assert!(found.coverage.is_some_and(|back| back.max_distance < 1e-3));
+//! assert_eq!(found.seams.max_gap, 0.0);
+//! assert!(found.seams.max_normal_jump < 1e-9);
+//!
+//! let mut file = Vec::new();
+//! write_step(surface, &StepOptions::default(), &mut file)?;
+//! assert!(file.starts_with(b"ISO-10303-21;"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # The way through
 //!
 //! ```text
-//! formula ─► field ─► base ─► network ─► spline ─┬─► inspect ─► report
-//!                    BaseMesh  curves    Surface └─► tessellate ─► io ─► files
+//!                    BaseMesh  curves    Surface ┌─► tessellate ─► io ─► files
+//! formula ─► field ─► base ─► network ─► spline ─┴─► inspect ─► report
+//!                      ▲                               │
+//!                      └─── rounds: shorter edges ─────┘
 //! ```
 //!
 //! Each stage is a free function: immutable values and an options struct in, a new value or a typed error out.
@@ -27,13 +57,14 @@
 //!    ([`spline::edge`]). What it fits to is a [`surface::Target`].
 //! 5. **A surface.** The result is a [`spline::TriangularSpline`], which implements [`surface::Surface`]: patches to
 //!    sample and the seams between them. Everything after this point works for any surface.
-//! 6. **What it is worth.** [`inspect`] measures gaps, normal jumps, distances both ways and topology on samples that
-//!    nothing before has used; [`report`] puts the figures into one JSON object.
-//! 7. **Files.** [`io`] writes the patches exactly (STEP, VTK), or the triangles of [`tessellate`] (meshes).
+//! 6. **What it is worth.** [`inspect`] measures gaps, normal jumps, distances both ways and topology on the finished
+//!    surface; it takes nothing over from a solver. [`report`] puts the figures into one JSON object.
+//! 7. **Rounds.** [`recipes::spline::fit`] goes through steps 2 to 6, remakes the base mesh ([`base::refine`]) with edges
+//!    that are shorter where patches are worse, and keeps the best surface.
+//! 8. **Files.** [`io`] writes the patches exactly (STEP, VTK, native), or the triangles of [`tessellate`] (GLB, OBJ, PLY,
+//!    STL). [`io::read`] reads polygon meshes, whose connectivity a base mesh can take over ([`base::from_mesh`]).
 //!
-//! [`recipes`] has whole runs, from a formula to a surface.
-//!
-//! Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`] (quadrature) and [`bernstein`], which owns
+//! [`gallery`] has surfaces with a name. Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`] (quadrature) and [`bernstein`], which owns
 //! the order of control points and draws it.
 //!
 //! # Conventions

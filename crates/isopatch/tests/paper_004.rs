@@ -1,5 +1,5 @@
-//! Tong & Kim, "Approximating implicit surfaces by G1 triangular splines" (2009): its six surfaces, seven models, at
-//! its numbers of faces.
+//! Tong & Kim, "High-order approximation of implicit surfaces by G1 triangular spline surfaces" (2009): its six
+//! surfaces, seven models, at its numbers of faces.
 //!
 //! Each model has three tests: the figures that `inspect` measures, the STEP file as other programs read it, and the
 //! bytes with one thread and with two.

@@ -1,6 +1,7 @@
 //! Files: STEP, VTK, glTF, OBJ, PLY, STL and the native format.
 //!
-//! Meshes are read by [`read`]. Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes under their final name.
+//! Meshes are read by [`read`]. Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes
+//! under their final name.
 //! STEP, VTK and the native format hold the patches exactly, the others a [`crate::tessellate::Tessellation`].
 //! The same input gives the same bytes, whatever the number of threads.
 

@@ -79,7 +79,7 @@ pub enum CurveError {
         /// End vertex.
         to: u32,
     },
-    /// No curve in the box has the normal curvatures (Tong & Kim, Fig. 8): split the edge.
+    /// No curve with λ > 0 > μ was found that has both normal curvatures (Tong & Kim, Fig. 8): split the edge.
     #[error(
         "edge {edge} between vertices {from} and {to}: no quartic has both normal curvatures (split the edge)"
     )]

@@ -1,4 +1,10 @@
-//! One file per paper, each reads like the paper's outline.
+//! Whole runs, from a formula to a surface: one file per paper, which reads like the paper's outline.
+//!
+//! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
+//! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
+//!
+//! [`find_defect`] names the place where a formula has a kink or no value on its surface. A recipe asks it before it
+//! makes a surface that could not be smooth there.
 
 mod differentiable;
 mod least;

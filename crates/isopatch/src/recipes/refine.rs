@@ -3,7 +3,7 @@
 use crate::base::{BaseMesh, edge_lengths};
 use crate::inspect::PatchDeviation;
 
-/// The error of a patch falls with this power of its edge length (PAPERS.md, deviations: between 4 and 6 were seen).
+/// The error of a patch falls with this power of its edge length (between 4 and 6 were seen; PAPERS.md, deviations).
 const ORDER: f64 = 5.0;
 /// Edge lengths change by at most these factors in one round.
 const CHANGE: [f64; 2] = [0.5, 1.6];

@@ -1,4 +1,10 @@
 //! The G1 spline of Tong & Kim 2009 from a formula: the paper's section 3.4, with the corrections of PAPERS.md.
+//!
+//! ```text
+//! box ──► (i) base mesh ──► (ii) curves ──► (iii) fit, (iv) G1, (v) free points ──► check ──► best so far
+//!                 ▲                                                                   │
+//!                 └──── edge lengths from the error of every patch (refine.rs) ───────┘
+//! ```
 
 use super::differentiable::{Defect, explain, find_defect};
 use super::least::least_that_works;
@@ -32,7 +38,7 @@ pub struct SplineRecipe {
     /// Number of patches.
     pub size: Size,
     /// Connectivity and approximate vertices of the base mesh; made from the surface if none is given. A given mesh is
-    /// used as it is: `size` and `rounds` have no say.
+    /// used as it is, without rounds; of `size`, only a tolerance counts, which the result keeps or not.
     pub given: Option<PolygonMesh>,
     /// Base mesh.
     pub base: BaseOptions,
@@ -121,7 +127,8 @@ pub enum RecipeError {
     },
 }
 
-/// Lattice on which patches are checked between rounds: 91 samples each, not those of the fit.
+/// Lattice on which patches are checked between rounds: 91 samples each, finer than those of the fits. It and
+/// [`BACK_SAMPLES`] are the defaults of [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
 const CHECK_LATTICE: usize = 12;
 /// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
 const BACK_SAMPLES: usize = 30_000;
@@ -248,7 +255,7 @@ struct Round {
 }
 
 impl Work<'_> {
-    /// Steps (i) and (ii) of the paper: polygonise, decimate, project; no kink may be on the surface.
+    /// Step (i) of the paper: polygonise, decimate, project; no kink may be on the surface.
     fn first_mesh(&self) -> Result<BaseOutcome, RecipeError> {
         let faces = match self.recipe.size {
             Size::Faces(n) => Some(n),
@@ -269,7 +276,7 @@ impl Work<'_> {
         }
     }
 
-    /// Steps (iii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
+    /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
     fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
         let diagonal = mesh.diagonal();
         let target = FieldTarget::new(&self.formula, diagonal);
