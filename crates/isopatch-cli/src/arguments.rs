@@ -85,7 +85,7 @@ pub struct FitOptions {
     pub set: Vec<String>,
 
     /// Take the base mesh from a file (.obj .off .ply .stl); its vertices are projected onto the surface
-    #[arg(long, value_name = "MESH", conflicts_with_all = ["faces", "tol"])]
+    #[arg(long, value_name = "MESH", conflicts_with = "faces")]
     pub base: Option<PathBuf>,
 
     /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]

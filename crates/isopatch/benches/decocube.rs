@@ -3,19 +3,12 @@
 //! `cargo bench -p isopatch --bench decocube` prints medians of five runs and the share of each stage.
 
 use cpu_time::ProcessTime;
-use isopatch::field::{Constants, Formula};
-use isopatch::geom::{Aabb, Vec3};
+use isopatch::gallery;
 use isopatch::io::native::{Provenance, write_native};
 use isopatch::recipes::spline::{Fitted, Size, SplineRecipe, fit};
 use std::cell::RefCell;
 
 const RUNS: usize = 5;
-
-/// The decocube of Tong & Kim 2009, figure 15; it lies in the cube from −1.5 to 1.5.
-const DECOCUBE: &str =
-    "((x^2+y^2-0.64)^2+(z^2-1)^2)((y^2+z^2-0.64)^2+(x^2-1)^2)((z^2+x^2-0.64)^2+(y^2-1)^2) = 0.02";
-const HALF: f64 = 1.5;
-const FACES: usize = 5_000;
 
 /// CPU seconds at which each stage began, by name.
 type Marks = Vec<(String, ProcessTime)>;
@@ -24,9 +17,10 @@ fn run() -> (Fitted, Vec<(String, f64)>) {
     let marks: RefCell<Marks> = RefCell::default();
     let mark = |stage: &str| marks.borrow_mut().push((stage.to_string(), ProcessTime::now()));
     mark("parse");
-    let formula = Formula::parse(DECOCUBE, &Constants::new()).expect("a formula");
-    let bounds = Aabb::new(Vec3::repeat(-HALF), Vec3::repeat(HALF));
-    let recipe = SplineRecipe { bounds: Some(bounds), size: Size::Faces(FACES), ..SplineRecipe::default() };
+    let decocube = gallery::surface("decocube").expect("it is in the gallery");
+    let formula = decocube.field().expect("a formula");
+    let size = Size::Faces(decocube.faces);
+    let recipe = SplineRecipe { bounds: decocube.bounds, size, ..SplineRecipe::default() };
     let fitted = fit(&formula, &recipe, &mark).expect("the decocube has a spline");
     mark("native");
     let mut bytes = Vec::new();

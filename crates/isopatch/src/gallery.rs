@@ -1,5 +1,6 @@
 //! Surfaces with a name: the examples of the papers and a few more, each in one file of the folder `models`.
 
+use crate::field::{Constants, Formula, FormulaError};
 use crate::geom::{Aabb, Point3};
 use serde::Deserialize;
 use std::sync::LazyLock;
@@ -65,6 +66,16 @@ struct Model {
 }
 
 impl Entry {
+    /// The function, with its constants.
+    pub fn field(&self) -> Result<Formula, FormulaError> {
+        let mut constants = Constants::new();
+        for (name, value) in &self.constants {
+            // A name that is refused is one that the formula does not know, and it says so.
+            constants.set(name, *value).ok();
+        }
+        Formula::parse(&self.formula, &constants)
+    }
+
     fn parse(name: &'static str, text: &str) -> Result<Self, toml::de::Error> {
         let model: Model = toml::from_str(text)?;
         let bounds = model
@@ -91,6 +102,7 @@ mod tests {
         for (name, text) in FILES {
             let entry = Entry::parse(name, text).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_eq!(surface(name), Some(&entry));
+            entry.field().unwrap_or_else(|e| panic!("{name}: {e}"));
         }
     }
 

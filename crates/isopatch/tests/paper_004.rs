@@ -8,8 +8,9 @@
 
 mod support;
 
-use isopatch::field::{Constants, Field, Formula};
-use isopatch::geom::{Aabb, Point3};
+use isopatch::field::Field;
+use isopatch::gallery;
+use isopatch::geom::Point3;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::native::{Provenance, write_native};
 use isopatch::io::read::PolygonMesh;
@@ -38,10 +39,8 @@ const NORMAL_FACTOR: f64 = 1.5;
 
 /// One model of the paper.
 struct Model {
-    formula: &'static str,
-    /// The surface is in the box from −corner to +corner.
-    corner: [f64; 3],
-    faces: usize,
+    /// Name in the gallery, which has the formula, the box and the paper's number of faces.
+    surface: &'static str,
     euler: i64,
     given: Option<fn() -> PolygonMesh>,
     /// The surface must be as good as one of these rows in every respect.
@@ -49,9 +48,7 @@ struct Model {
 }
 
 const TORUS: Model = Model {
-    formula: "(sqrt(x^2+y^2)-5)^2+z^2-1",
-    corner: [6.4, 6.4, 1.4],
-    faces: 600,
+    surface: "torus",
     euler: 0,
     given: None,
     rows: &[
@@ -61,16 +58,13 @@ const TORUS: Model = Model {
 };
 
 const TORUS_GRID: Model = Model {
-    faces: 400,
     given: Some(torus_grid),
     rows: &[Row { mesh: "grid", max: 1.55e-5, rms: 2.4e-6, normal: 0.21 }],
     ..TORUS
 };
 
 const DODECA: Model = Model {
-    formula: "x^6+y^6+z^6+20(x^4y^2+y^4z^2+z^4x^2)-1",
-    corner: [1.2; 3],
-    faces: 1_200,
+    surface: "dodeca",
     euler: 2,
     given: None,
     rows: &[
@@ -80,18 +74,14 @@ const DODECA: Model = Model {
 };
 
 const DOUBLE_TORUS: Model = Model {
-    formula: "x^8-2x^6+x^4+2x^4y^2-2x^2y^2+y^4+z^2-0.04",
-    corner: [1.3, 0.9, 0.4],
-    faces: 1_800,
+    surface: "dtorus",
     euler: -2,
     given: None,
     rows: &[Row { mesh: "adaptive", max: 1.3e-5, rms: 7.9e-7, normal: 0.15 }],
 };
 
 const MCMULLEN: Model = Model {
-    formula: "(x^2+1)(y^2+1)(z^2+1)+8xyz-2",
-    corner: [2.2; 3],
-    faces: 2_000,
+    surface: "mcmullen",
     euler: 2,
     given: None,
     rows: &[
@@ -101,18 +91,14 @@ const MCMULLEN: Model = Model {
 };
 
 const CHAIR: Model = Model {
-    formula: "(x^2+y^2+z^2-0.95*25)^2-0.8((z-5)^2-2x^2)((z+5)^2-2y^2)",
-    corner: [8.0; 3],
-    faces: 4_000,
+    surface: "chair",
     euler: -4,
     given: None,
     rows: &[Row { mesh: "adaptive", max: 2.4e-5, rms: 8.1e-7, normal: 0.40 }],
 };
 
 const DECOCUBE: Model = Model {
-    formula: "((x^2+y^2-0.64)^2+(z^2-1)^2)((y^2+z^2-0.64)^2+(x^2-1)^2)((z^2+x^2-0.64)^2+(y^2-1)^2)-0.02",
-    corner: [1.5; 3],
-    faces: 5_000,
+    surface: "decocube",
     euler: -24,
     given: None,
     rows: &[
@@ -152,15 +138,20 @@ fn torus_grid() -> PolygonMesh {
 
 impl Model {
     fn fit(&self) -> Fitted {
-        let formula = Formula::parse(self.formula, &Constants::default()).unwrap();
-        let corner = Point3::from(self.corner);
+        let entry = gallery::surface(self.surface).unwrap();
         let recipe = SplineRecipe {
-            bounds: Some(Aabb::new(-corner, corner)),
-            size: Size::Faces(self.faces),
+            bounds: entry.bounds,
+            size: Size::Faces(entry.faces),
             given: self.given.map(|mesh| mesh()),
             ..SplineRecipe::default()
         };
-        fit(&formula, &recipe, &|_| ()).unwrap_or_else(|e| panic!("{}: {e}", self.formula))
+        fit(&entry.field().unwrap(), &recipe, &|_| ()).unwrap_or_else(|e| panic!("{}: {e}", self.surface))
+    }
+
+    /// Number of faces of the base mesh.
+    fn faces(&self) -> usize {
+        let given = self.given.map(|mesh| mesh().faces.len());
+        given.unwrap_or_else(|| gallery::surface(self.surface).unwrap().faces)
     }
 }
 
@@ -193,7 +184,7 @@ fn figures(name: &str, model: &Model) {
         interpolation.max_mixed_curvature_error,
     );
 
-    assert_eq!((found.patches, found.topology.faces), (model.faces, model.faces));
+    assert_eq!((found.patches, found.topology.faces), (model.faces(), model.faces()));
     assert_eq!((found.topology.euler, found.topology.components), (model.euler, 1));
     assert_eq!((found.topology.boundary_loops, seams.boundary), (0, 0));
     assert_eq!((deviation.over_limit, deviation.folded), (0, 0));
@@ -230,7 +221,7 @@ fn step_file(name: &str, model: &Model) -> Result<(), Missing> {
     let expected = Expected {
         solids: 1,
         shells: 1,
-        patches: model.faces as u64,
+        patches: model.faces() as u64,
         seams: found.topology.edges as u64,
         euler: model.euler,
         volume: found.extent.volume,

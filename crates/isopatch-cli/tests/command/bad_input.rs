@@ -56,8 +56,8 @@ fn unbounded_surfaces_without_a_box_are_refused() {
 
 #[test]
 fn constant_fields_are_refused() {
-    assert_fit_fails(&["3", "--box", "-1,1,-1,1,-1,1"], 1, &["no surface", "positive everywhere"]);
-    assert_fit_fails(&["0x", "--box", "-1,1,-1,1,-1,1"], 1, &["the field is constant"]);
+    assert_fit_fails(&["3", "--box", "-1,1,-1,1,-1,1"], 1, &["the field is constant: 3"]);
+    assert_fit_fails(&["0x", "--box", "-1,1,-1,1,-1,1"], 1, &["the field is constant: 0"]);
 }
 
 #[test]

@@ -61,7 +61,7 @@ pub enum BaseError {
         proven: bool,
     },
     /// The field has the same value everywhere.
-    #[error("the field is constant: {value} at every sample")]
+    #[error("the field is constant: {value}")]
     ConstantField {
         /// Its value.
         value: f64,

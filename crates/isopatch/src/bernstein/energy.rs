@@ -2,7 +2,7 @@
 
 use super::{index, triangle};
 use crate::numeric::quadrature::triangle_gauss;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Matrix E of the thin-plate energy ∫ |b_xx|² + 2 |b_xy|² + |b_yy|² of a net of degree n: energy = cᵀ E c
 /// for each coordinate.
@@ -25,17 +25,8 @@ pub fn thin_plate(n: usize) -> DMatrix<f64> {
     energy
 }
 
-fn second_derivative(n: usize, uvw: [f64; 3], a: [f64; 3], b: [f64; 3]) -> nalgebra::DVector<f64> {
-    let lower = triangle::derivative_basis(n - 1, uvw, b);
-    let mut row = nalgebra::DVector::zeros(index::count(n));
-    for (ijk, value) in index::indices(n - 1).zip(lower) {
-        for c in 0..3 {
-            let mut raised = ijk;
-            raised[c] += 1;
-            row[index::position(raised)] += n as f64 * a[c] * value;
-        }
-    }
-    row
+fn second_derivative(n: usize, uvw: [f64; 3], a: [f64; 3], b: [f64; 3]) -> DVector<f64> {
+    DVector::from_vec(triangle::differentiate_row(n, &triangle::derivative_basis(n - 1, uvw, b), a))
 }
 
 /// The matrix that gives the interior control points of least thin-plate energy from the boundary ones:
@@ -62,15 +53,12 @@ mod tests {
     fn linear_nets_have_no_energy_and_quadratic_ones_the_exact_one() {
         let n = 7;
         let energy = thin_plate(n);
-        let linear = nalgebra::DVector::from_iterator(
-            36,
-            index::indices(n).map(|[i, j, _]| i as f64 - 2.0 * j as f64),
-        );
+        let linear = DVector::from_iterator(36, index::indices(n).map(|[i, j, _]| i as f64 - 2.0 * j as f64));
         assert!((&energy * &linear).norm() < 1e-9);
         // u² has second derivatives 2 ∂u∂u with ∂x u = −1, ∂y u = −1/√3: (∂x² + ∂y²)² · 4 = 64/9.
         let square =
             index::indices(n).map(|[i, _, _]| (i * i.saturating_sub(1)) as f64 / (n * (n - 1)) as f64);
-        let square = nalgebra::DVector::from_iterator(36, square);
+        let square = DVector::from_iterator(36, square);
         assert!(((square.transpose() * &energy * &square)[0] - 64.0 / 9.0).abs() < 1e-10);
     }
 
@@ -95,9 +83,9 @@ mod tests {
         let wild = |[i, j, k]: [usize; 3]| (3.0 * i as f64).sin() + (j * k) as f64 + (j as f64).cos();
         let net = |value: &dyn Fn([usize; 3]) -> f64| {
             let boundary = index::indices(n).filter(|i| index::is_boundary(*i)).map(value);
-            let interior = &fill * nalgebra::DVector::from_iterator(21, boundary);
+            let interior = &fill * DVector::from_iterator(21, boundary);
             let mut interior = interior.iter();
-            nalgebra::DVector::from_iterator(
+            DVector::from_iterator(
                 36,
                 index::indices(n)
                     .map(|i| if index::is_boundary(i) { value(i) } else { *interior.next().unwrap() }),

@@ -55,7 +55,12 @@ pub fn basis(n: usize, uvw: [f64; 3]) -> Vec<f64> {
 /// Rows of the linear map from a net of degree n to the derivative by the direction (a sum-zero barycentric
 /// vector) at a point: n Σ_c e_c B^{n−1} shifted by one in coordinate c.
 pub fn derivative_basis(n: usize, uvw: [f64; 3], direction: [f64; 3]) -> Vec<f64> {
-    let lower = basis(n - 1, uvw);
+    differentiate_row(n, &basis(n - 1, uvw), direction)
+}
+
+/// The row for the derivative of a net of degree n by a direction, from the row of what is taken of the derivative's net,
+/// which has degree n − 1.
+pub fn differentiate_row(n: usize, lower: &[f64], direction: [f64; 3]) -> Vec<f64> {
     let mut row = vec![0.0; index::count(n)];
     for (ijk, b) in index::indices(n - 1).zip(lower) {
         for c in 0..3 {
