@@ -9,13 +9,12 @@ use crate::making;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
-use isopatch::base;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
 use isopatch::io::read::read_mesh;
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
-use isopatch::report::{self, BaseReport, Repair, Report, SCHEMA, SplineReport, SurfaceReport};
+use isopatch::report::{self, BaseReport, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
 use std::path::Path;
 
@@ -112,14 +111,10 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
             faces_over_20deg: deviation.map_or(0, |d| d.over_limit),
             ..fitted.figures
         }),
-        repairs: fitted.repairs.iter().map(repair).collect(),
+        repairs: fitted.repairs.clone(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),
     }
-}
-
-fn repair(made: &base::Repair) -> Repair {
-    Repair { what: made.what.clone(), place: made.place.clone(), why: made.why.clone() }
 }
 
 /// Writes the files, then the report, which tells how long that took.

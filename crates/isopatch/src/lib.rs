@@ -1,4 +1,4 @@
-//! Smooth surfaces made of few patches, from a formula or a polygon mesh.
+//! Smooth surfaces made of few patches, from a formula.
 //!
 //! A formula f(x, y, z) = 0 goes in; a closed surface of degree-7 Bézier triangles comes out that is tangent-plane
 //! continuous (G1), interpolates positions, normals and normal curvatures at the vertices of a coarse mesh, and can be
@@ -64,8 +64,8 @@
 //! 8. **Files.** [`io`] writes the patches exactly (STEP, VTK, native), or the triangles of [`tessellate`] (GLB, OBJ, PLY,
 //!    STL). [`io::read`] reads polygon meshes, whose connectivity a base mesh can take over ([`base::from_mesh`]).
 //!
-//! [`gallery`] has surfaces with a name. Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`] (quadrature) and [`bernstein`], which owns
-//! the order of control points and draws it.
+//! [`gallery`] has surfaces with a name. Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`]
+//! (quadrature) and [`bernstein`], which owns the order of control points and draws it.
 //!
 //! # Conventions
 //!

@@ -3,8 +3,7 @@
 //! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
-//! [`find_defect`] names the place where a formula has a kink or no value on its surface. A recipe asks it before it
-//! makes a surface that could not be smooth there.
+//! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 mod differentiable;
 mod least;

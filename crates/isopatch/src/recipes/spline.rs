@@ -106,12 +106,6 @@ pub enum RecipeError {
     /// A G1 system failed.
     #[error(transparent)]
     Spline(#[from] SplineError),
-    /// Every round failed in a way that a finer mesh should have mended.
-    #[error("no surface after {rounds} rounds of refinement")]
-    OutOfRounds {
-        /// How many.
-        rounds: usize,
-    },
     /// Patches fold over, however the mesh was refined.
     #[error(
         "{count} patches fold over, the first over face {face} near ({:.4}, {:.4}, {:.4}): more faces are needed",
@@ -180,32 +174,32 @@ fn attempt(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) ->
 
     let first = stages.run("base mesh", || work.first_mesh())?;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
-    let mut kept: Option<Round> = None;
-    for round in 0..=recipe.rounds {
-        let made = work.surface(&mesh, &mut stages);
-        let wish = match &made {
-            Ok(made) => work.wish_after(made, round),
-            Err(error) => work.wish_after_failure(error, &mesh),
-        };
-        match made {
-            Ok(made) => kept = Some(made.better_of(kept)),
-            Err(error) if wish.is_none() && kept.is_none() => return Err(error),
-            Err(_) => (),
-        }
+    let made = work.surface(&mesh, &mut stages);
+    let mut wish = work.wish(&made, &mesh, 0);
+    let mut kept = made;
+    for round in 1..=recipe.rounds {
         let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
         let Some(Wish { lengths, faces, reason }) = wish.filter(allowed) else { break };
-        let options = &recipe.base;
-        match stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, options)) {
-            Ok(finer) => {
-                repairs.extend(reason.map(|why| remade(finer.base.mesh.face_count(), why)));
-                mesh = finer.base;
+        let refined =
+            stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, &recipe.base));
+        match refined {
+            Ok(finer) => mesh = finer.base,
+            Err(error) => {
+                kept = kept.or(Err(error.into()));
+                break;
             }
-            // The mesh that there is has a surface, or the failure of its own.
-            Err(error) if kept.is_none() => return Err(error.into()),
-            Err(_) => break,
         }
+        repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
+        let made = work.surface(&mesh, &mut stages);
+        wish = work.wish(&made, &mesh, round);
+        // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
+        kept = match (made, kept) {
+            (Ok(made), Ok(best)) => Ok(made.better_of(best)),
+            (Err(_), Ok(best)) => Ok(best),
+            (made, Err(_)) => made,
+        };
     }
-    let kept = kept.ok_or(RecipeError::OutOfRounds { rounds: recipe.rounds })?;
+    let kept = kept?;
     kept.require_no_folds()?;
     let reached = match recipe.size {
         Size::Tolerance(tolerance) => kept.keeps(tolerance),
@@ -233,7 +227,7 @@ impl RecipeError {
                 matches!(error, BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })
             }
             Self::Defect(_) => false,
-            Self::Curve(_) | Self::Spline(_) | Self::OutOfRounds { .. } | Self::Folded { .. } => true,
+            Self::Curve(_) | Self::Spline(_) | Self::Folded { .. } => true,
         }
     }
 }
@@ -299,6 +293,14 @@ impl Work<'_> {
         Ok(Round { surface, deviation, back, figures })
     }
 
+    /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
+    fn wish(&self, made: &Result<Round, RecipeError>, mesh: &BaseMesh, round: usize) -> Option<Wish> {
+        match made {
+            Ok(made) => self.wish_after(made, round),
+            Err(error) => self.wish_after_failure(error, mesh),
+        }
+    }
+
     /// The mesh to try next; none if the surface will do.
     fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
         let (base, patches) = (&made.surface.base, &made.deviation.patches);
@@ -361,16 +363,11 @@ impl Round {
     }
 
     /// This one, unless the other has fewer bad patches, or as many and a smaller error.
-    fn better_of(self, other: Option<Self>) -> Self {
-        match other {
-            Some(other) => {
-                let score = |r: &Self| (r.bad_patches(), r.deviation.max_distance.max(r.back.min(f64::MAX)));
-                let (mine, others) = (score(&self), score(&other));
-                let worse = others.0 < mine.0 || (others.0 == mine.0 && others.1 < mine.1);
-                if worse { other } else { self }
-            }
-            None => self,
-        }
+    fn better_of(self, other: Self) -> Self {
+        let score = |r: &Self| (r.bad_patches(), r.deviation.max_distance.max(r.back.min(f64::MAX)));
+        let (mine, others) = (score(&self), score(&other));
+        let worse = others.0 < mine.0 || (others.0 == mine.0 && others.1 < mine.1);
+        if worse { other } else { self }
     }
 
     fn require_no_folds(&self) -> Result<(), RecipeError> {
