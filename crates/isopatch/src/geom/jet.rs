@@ -25,3 +25,32 @@ impl Jet {
         0.5 * (m + m.transpose())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// f = x²/a² + y²/b² + z²/c² − 1 at its vertex (a, 0, 0), where the principal curvatures are −a/b² and −a/c².
+    #[test]
+    fn an_ellipsoid_has_its_known_curvatures() {
+        let (a, b, c) = (3.0f64, 2.0f64, 0.5f64);
+        let hessian = Mat3::from_diagonal(&Vec3::new(2.0 / (a * a), 2.0 / (b * b), 2.0 / (c * c)));
+        let jet = Jet { value: 0.0, gradient: Vec3::new(2.0 / a, 0.0, 0.0), hessian };
+        let expected = Mat3::from_diagonal(&Vec3::new(0.0, -a / (b * b), -a / (c * c)));
+        assert!((jet.curvature_tensor() - expected).amax() < 1e-14);
+        // The same surface from −f: the normal turns, and with it the sign.
+        let negated = Jet { value: 0.0, gradient: -jet.gradient, hessian: -jet.hessian };
+        assert!((negated.curvature_tensor() + expected).amax() < 1e-14);
+    }
+
+    #[test]
+    fn the_normal_is_no_direction_of_curvature() {
+        let gradient = Vec3::new(0.3, -1.2, 0.7);
+        let hessian = Mat3::new(1.0, 2.0, -0.5, 2.0, 0.3, 4.0, -0.5, 4.0, -2.0);
+        let m = Jet { value: 0.0, gradient, hessian }.curvature_tensor();
+        assert!((m * gradient).amax() < 1e-14 && (m - m.transpose()).amax() == 0.0);
+        // tᵀMt = −tᵀHt/|∇f| for tangents t.
+        let t = gradient.cross(&Vec3::x());
+        assert!((t.dot(&(m * t)) + t.dot(&(hessian * t)) / gradient.norm()).abs() < 1e-13);
+    }
+}

@@ -70,3 +70,54 @@ pub(super) fn median_error(patches: &[PatchDeviation]) -> f64 {
     }
     *errors.select_nth_unstable_by(middle, f64::total_cmp).1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::{BaseOptions, from_mesh};
+    use crate::field::{Constants, Formula};
+    use crate::geom::Point3;
+
+    fn octahedron() -> BaseMesh {
+        let axes = [Point3::x(), Point3::y(), -Point3::x(), -Point3::y(), Point3::z(), -Point3::z()];
+        let faces =
+            [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5u32]];
+        let sphere = Formula::parse("x^2+y^2+z^2-1", &Constants::new()).unwrap();
+        from_mesh(&sphere, &axes, &faces, &BaseOptions::default()).unwrap().base
+    }
+
+    fn patches(errors: [f64; 8]) -> Vec<PatchDeviation> {
+        let patch = |max_distance| PatchDeviation {
+            max_distance,
+            max_first_order: max_distance,
+            max_normal_error: 0.0,
+            folded: false,
+        };
+        errors.map(patch).to_vec()
+    }
+
+    #[test]
+    fn equal_errors_ask_for_equal_lengths_and_the_count_that_the_order_predicts() {
+        let wish = lengths_for_error(&octahedron(), &patches([3.2e-4; 8]), 1e-5);
+        // Lengths shrink by 32^(1/5) = 2, so a face becomes four.
+        assert!(wish.lengths.iter().all(|l| (l - 0.5 * 2f64.sqrt()).abs() < 1e-12), "{wish:?}");
+        assert_eq!(wish.faces, 32);
+    }
+
+    #[test]
+    fn a_vertex_of_one_bad_face_gets_short_edges() {
+        let mut patches = patches([1e-5; 8]);
+        patches[0].folded = true;
+        let wish = lengths_for_error(&octahedron(), &patches, 1e-5);
+        for (v, length) in wish.lengths.iter().enumerate() {
+            let expected = if [0, 1, 4].contains(&v) { SHRINK } else { 1.0 } * 2f64.sqrt();
+            assert!((length - expected).abs() < 1e-12, "vertex {v}: {length}");
+        }
+    }
+
+    #[test]
+    fn the_median_is_that_of_the_largest_distances() {
+        assert_eq!(median_error(&patches([5.0, 1.0, 2.0, 8.0, 3.0, 4.0, 7.0, 6.0])), 5.0);
+        assert_eq!(median_error(&[]), 0.0);
+    }
+}

@@ -128,6 +128,8 @@ const CHECK_LATTICE: usize = 12;
 const BACK_SAMPLES: usize = 30_000;
 /// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
 const AIM: f64 = 0.45;
+/// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
+const MARGIN: f64 = 0.95;
 /// In round r a mesh that misses the tolerance grows at least by the r-th power of this factor: the first round only
 /// evens out the errors, and no count is out of reach.
 const GROWTH: f64 = 1.06;
@@ -353,9 +355,9 @@ impl Work<'_> {
 }
 
 impl Round {
-    /// Is the largest distance, both ways, within the tolerance?
+    /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
     fn keeps(&self, tolerance: f64) -> bool {
-        self.deviation.max_distance <= tolerance && self.back <= tolerance
+        self.deviation.max_distance.max(self.back) <= MARGIN * tolerance
     }
 
     fn bad_patches(&self) -> usize {

@@ -105,7 +105,7 @@ fn a_sphere_that_is_too_large_is_seen_from_both_sides() {
     let diagonal = inspection.diagonal;
     let (d, c) = (inspection.deviation.unwrap(), inspection.coverage.unwrap());
     let exact = |norm: fn(f64, f64) -> f64| {
-        let lattice = crate::bernstein::triangle::lattice(12);
+        let lattice = crate::bernstein::triangle::lattice(InspectOptions::default().lattice);
         let radii = spline.patches().flat_map(|p| lattice.iter().map(move |uv| (p, [uv[0], uv[1]])));
         radii.map(|(p, uv)| spline.sample(p, uv).point.norm() - 1.0).reduce(norm).unwrap()
     };
