@@ -30,6 +30,9 @@ pub struct BaseOptions {
     pub remesh: RemeshOptions,
     /// What the result is measured against.
     pub limits: ValidityLimits,
+    /// Where too few faces were asked for, find out how many work, which takes a while; else the error says where the
+    /// first stage stopped. Default true.
+    pub search_least: bool,
 }
 
 /// Settings of [`seed_mesh`].
@@ -125,6 +128,9 @@ pub fn base_from_seed(
     let base = match shaped(field, seed, faces, options) {
         Ok(base) => base,
         Err(error @ (BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })) => {
+            if !options.search_least {
+                return Err(error);
+            }
             let (least, base) = least_that_works(field, seed, faces, options).ok_or(error)?;
             if let Some(asked) = options.faces {
                 return Err(BaseError::TooFewFaces { asked, least });
@@ -279,7 +285,7 @@ const LEAST_REFINEMENT: f64 = 1.25;
 const UNRESOLVED_SHARE: usize = 100;
 
 fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step: f64) -> Seed {
-    let (normals, curvatures) = mesh
+    let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = mesh
         .positions
         .par_iter()
         .map(|p| {
@@ -289,7 +295,24 @@ fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step:
         })
         .unzip();
     let diagonal = Aabb::around(&mesh.positions).diagonal();
+    let curvatures = with_turns(&mesh, &normals, curvatures);
     Seed { mesh, normals, curvatures, negative_outside, step, diagonal }
+}
+
+/// Curvatures that are at least the turn of the normal along the edges at a vertex: a sharp rim can pass between all
+/// vertices of a coarse mesh.
+fn with_turns(mesh: &TriangleMesh, normals: &[Vec3], mut curvatures: Vec<f64>) -> Vec<f64> {
+    for f in &mesh.faces {
+        for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
+            let (a, b) = (a as usize, b as usize);
+            let turn = (normals[a] - normals[b]).norm() / (mesh.positions[a] - mesh.positions[b]).norm();
+            if turn.is_finite() {
+                curvatures[a] = curvatures[a].max(turn);
+                curvatures[b] = curvatures[b].max(turn);
+            }
+        }
+    }
+    curvatures
 }
 
 /// A sign change need not be a zero: if more vertices than this share cannot be projected, it is something else.

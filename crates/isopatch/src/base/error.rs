@@ -117,7 +117,7 @@ pub enum BaseError {
         least: usize,
     },
     /// No spline surface exists over this mesh: a corner is not convex in the tangent plane.
-    #[error("the corner of a base face near {} is {degrees:.1} degrees wide: more faces are needed", show(.at))]
+    #[error("the corner of a base face near {} is {degrees:.1} degrees wide, but must be between 0 and 180: more faces are needed", show(.at))]
     InvertedCorner {
         /// The vertex.
         at: Point3,

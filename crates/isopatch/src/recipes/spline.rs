@@ -139,21 +139,22 @@ const GROWTH: f64 = 1.06;
 /// The base mesh is remade while patches fold, curves fail or the tolerance is missed, up to `recipe.rounds` times; the
 /// best surface is kept. If a wanted number of faces is too small, the error names one that works.
 pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
-    let error = match attempt(formula, recipe, progress) {
+    let error = match attempt(formula, recipe, None, progress) {
         Err(error) => error,
         fitted => return fitted,
     };
+    if recipe.given.is_some() || !error.asks_for_more_faces() {
+        return Err(error);
+    }
     match recipe.size {
-        Size::Faces(asked) if error.asks_for_more_faces() && recipe.given.is_none() => {
+        Size::Faces(asked) => {
             progress("least count");
-            let works = |n| {
-                let recipe = SplineRecipe { size: Size::Faces(n), rounds: SEARCH_ROUNDS, ..recipe.clone() };
-                attempt(formula, &recipe, &|_| ()).is_ok()
-            };
+            let trial = SplineRecipe { rounds: SEARCH_ROUNDS, ..recipe.clone() };
+            let works = |n| attempt(formula, &trial, Some(n), &|_| ()).is_ok();
             let least = least_that_works(asked, SEARCHED * asked.max(FEWEST), works);
             Err(least.map_or(error, |least| BaseError::TooFewFaces { asked, least }.into()))
         }
-        _ => Err(error),
+        Size::Automatic | Size::Tolerance(_) => from_more_faces(formula, recipe, error, progress),
     }
 }
 
@@ -163,8 +164,36 @@ const SEARCHED: usize = 20;
 const FEWEST: usize = 500;
 /// Rounds of each trial: a count that needs many repairs is too small.
 const SEARCH_ROUNDS: usize = 2;
+/// Growth of the first mesh, and the largest that is tried, where the curvature asks for too few faces.
+const MORE: f64 = 1.6;
+const MOST_FIRST: usize = 40_000;
 
-fn attempt(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
+/// Tries larger and larger first meshes, where the curvature alone asked for too few faces.
+fn from_more_faces(
+    formula: &Formula,
+    recipe: &SplineRecipe,
+    first: RecipeError,
+    progress: &dyn Fn(&str),
+) -> Result<Fitted, RecipeError> {
+    let mut faces = FEWEST;
+    while faces <= MOST_FIRST {
+        if let Ok(mut fitted) = attempt(formula, recipe, Some(faces), progress) {
+            fitted.repairs.push(remade(faces, "a mesh by curvature alone had too few faces"));
+            return Ok(fitted);
+        }
+        faces = (MORE * faces as f64) as usize;
+        faces += faces % 2;
+    }
+    Err(first)
+}
+
+/// One way through all stages; `faces` is the size of the first mesh if it is not the recipe's.
+fn attempt(
+    formula: &Formula,
+    recipe: &SplineRecipe,
+    faces: Option<usize>,
+    progress: &dyn Fn(&str),
+) -> Result<Fitted, RecipeError> {
     if let Some(value) = formula.constant() {
         return Err(BaseError::ConstantField { value }.into());
     }
@@ -174,7 +203,7 @@ fn attempt(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) ->
     let formula = if negated { formula.negated() } else { formula.clone() };
     let work = Work { formula, bounds, recipe };
 
-    let first = stages.run("base mesh", || work.first_mesh())?;
+    let first = stages.run("base mesh", || work.first_mesh(faces))?;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     let made = work.surface(&mesh, &mut stages);
     let mut wish = work.wish(&made, &mesh, 0);
@@ -252,12 +281,13 @@ struct Round {
 
 impl Work<'_> {
     /// Step (i) of the paper: polygonise, decimate, project; no kink may be on the surface.
-    fn first_mesh(&self) -> Result<BaseOutcome, RecipeError> {
+    fn first_mesh(&self, faces: Option<usize>) -> Result<BaseOutcome, RecipeError> {
         let faces = match self.recipe.size {
-            Size::Faces(n) => Some(n),
-            Size::Automatic | Size::Tolerance(_) => None,
+            Size::Faces(n) => faces.or(Some(n)),
+            Size::Automatic | Size::Tolerance(_) => faces,
         };
-        let options = BaseOptions { faces, ..self.recipe.base };
+        // Counts are searched for where the whole surface is made, not only its base mesh.
+        let options = BaseOptions { faces, search_least: faces.is_none(), ..self.recipe.base };
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => base::build(&self.formula, &self.bounds, &options),
