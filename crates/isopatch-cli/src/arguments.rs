@@ -73,7 +73,7 @@ pub struct FitOptions {
     pub level: Option<f64>,
 
     /// Number of patches [default: that of the gallery, or as many as the curvature asks for]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::count, conflicts_with = "tol")]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::faces, conflicts_with = "tol")]
     pub faces: Option<usize>,
 
     /// Largest distance between surface and formula, relative to the diagonal
@@ -109,7 +109,7 @@ pub struct FitOptions {
     pub quiet: bool,
 
     /// Number of threads [default: one a processor]
-    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::count)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::threads)]
     pub threads: Option<usize>,
 }
 

@@ -35,8 +35,8 @@ pub enum Failure {
     Recipe(#[from] RecipeError),
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
-    #[error(transparent)]
-    Mesh(#[from] ReadError),
+    #[error("--base {}: {source}", path.display())]
+    Mesh { path: PathBuf, source: ReadError },
     #[error("{} names no formula to measure against: give one with --against", .0.display())]
     NoFormula(PathBuf),
     #[error(transparent)]
@@ -66,7 +66,7 @@ impl Failure {
             Self::Input(_)
             | Self::Recipe(_)
             | Self::Native { .. }
-            | Self::Mesh(_)
+            | Self::Mesh { .. }
             | Self::NoFormula(_)
             | Self::Output(_)
             | Self::Tessellate(_)

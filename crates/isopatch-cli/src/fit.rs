@@ -12,7 +12,7 @@ use crate::summary::summary;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
-use isopatch::io::read::read_mesh;
+use isopatch::io::read::{PolygonMesh, read_mesh};
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
 use isopatch::report::{self, BaseReport, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
@@ -58,10 +58,14 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
     let recipe = SplineRecipe {
         bounds: options.bounds.or(input.bounds),
         size: size(input, options),
-        given: options.base.as_deref().map(read_mesh).transpose()?,
+        given: options.base.as_deref().map(read_base).transpose()?,
         ..Default::default()
     };
     Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)
+}
+
+fn read_base(path: &Path) -> Result<PolygonMesh, Failure> {
+    read_mesh(path).map_err(|source| Failure::Mesh { path: path.to_owned(), source })
 }
 
 fn size(input: &Input, options: &FitOptions) -> Size {

@@ -11,11 +11,13 @@ const MAX_RESOLUTION: usize = 512;
 
 /// A formula or a name. A formula may start with a minus sign, but what looks like an option is not taken for one.
 pub fn input(text: &str) -> Result<String, String> {
-    let mut chars = text.chars();
-    let option = match (chars.next(), chars.next(), chars.next()) {
-        (Some('-'), Some('-'), _) => true,
-        (Some('-'), Some(letter), None) => letter.is_alphabetic() && !"xyz".contains(letter),
-        _ => false,
+    let is_word = |word: &str| word.chars().all(|c| c.is_alphanumeric() || "-_=".contains(c));
+    let option = match text.strip_prefix("--") {
+        Some(word) => is_word(word),
+        None => match text.strip_prefix('-').map(|word| word.chars().collect::<Vec<_>>()).as_deref() {
+            Some([letter]) => letter.is_alphabetic() && !"xyz".contains(*letter),
+            _ => false,
+        },
     };
     if option { Err("there is no such option".into()) } else { Ok(text.to_owned()) }
 }
@@ -45,12 +47,29 @@ pub fn count(text: &str) -> Result<usize, String> {
     u32::try_from(number).map(|n| n as usize).map_err(|_| "the number is too large".into())
 }
 
+/// Most faces of a base mesh: a surface of so many takes some gigabytes.
+const MAX_FACES: usize = 1_000_000;
+
+/// Number of faces.
+pub fn faces(text: &str) -> Result<usize, String> {
+    at_most(count(text)?, MAX_FACES, "number of faces")
+}
+
+/// More threads than any machine has processors for only take memory.
+const MAX_THREADS: usize = 256;
+
+/// Number of threads.
+pub fn threads(text: &str) -> Result<usize, String> {
+    at_most(count(text)?, MAX_THREADS, "number of threads")
+}
+
+fn at_most(number: usize, limit: usize, what: &str) -> Result<usize, String> {
+    if number <= limit { Ok(number) } else { Err(format!("the largest {what} is {limit}")) }
+}
+
 /// Intervals along an edge.
 pub fn resolution(text: &str) -> Result<usize, String> {
-    match count(text)? {
-        n if n <= MAX_RESOLUTION => Ok(n),
-        _ => Err(format!("the largest resolution is {MAX_RESOLUTION}")),
-    }
+    at_most(count(text)?, MAX_RESOLUTION, "resolution")
 }
 
 /// "xmin,xmax,ymin,ymax,zmin,zmax".
