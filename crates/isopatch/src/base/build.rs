@@ -198,6 +198,14 @@ fn least_that_works(
 }
 
 impl Seed {
+    /// Edges, by their ends, at which the difference of the unit normals is longer than `turn`.
+    pub fn sharp_edges(&self, turn: f64) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let sides = |f: &[u32; 3]| [[f[0], f[1]], [f[1], f[2]], [f[2], f[0]]];
+        let edges = self.mesh.faces.iter().flat_map(sides).filter(|[a, b]| a < b);
+        let edges = edges.map(|ends| ends.map(|v| v as usize));
+        edges.filter(move |[a, b]| (self.normals[*a] - self.normals[*b]).norm() > turn)
+    }
+
     /// The number of faces that the curvature asks for.
     pub fn automatic_faces(&self, options: &RemeshOptions) -> usize {
         let x = &self.mesh.positions;

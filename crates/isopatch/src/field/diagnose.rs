@@ -93,6 +93,11 @@ impl Formula {
             .min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
+    /// Does the formula have a part, such as abs or max, that may not be differentiable somewhere?
+    pub fn may_kink(&self) -> bool {
+        self.parts().any(|id| self.can_kink(id))
+    }
+
     /// Which operation, if any, first fails at `p`, so that f is NaN or infinite there.
     pub fn domain_error(&self, p: Point3) -> Option<DomainError> {
         let values = self.graph.values(self.output(), [p.x, p.y, p.z]);

@@ -1,9 +1,8 @@
 //! Places where a formula is not smooth enough for a smooth surface.
 
-use crate::base::{BaseError, BaseMesh};
+use crate::base::BaseError;
 use crate::field::{DomainError, Field, Formula, Kink};
 use crate::geom::{Aabb, Point3, Vec3};
-use crate::mesh::EdgeId;
 
 /// Why a formula has no smooth surface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,18 +36,23 @@ const BOTH_SIDES: f64 = 1e-7;
 /// Steps along a kink to the surface; Newton's method takes four or five from an edge of the mesh.
 const SLIDES: usize = 20;
 
-/// A kink of the formula on the surface that a base mesh approximates, if an edge of the mesh crosses one.
+/// A kink of the formula on the surface that a mesh approximates, if one of its edges, given by their ends, crosses one.
 ///
 /// A kink beside the surface does not count: from where an edge crosses the kink, a point slides along the kink, and must
 /// reach the surface within about the length of the edge.
-pub fn find_defect(formula: &Formula, base: &BaseMesh) -> Option<Defect> {
-    let diagonal = base.diagonal();
-    base.mesh.edges().find_map(|e| kink_on_edge(formula, base, e, diagonal))
+pub fn find_defect(
+    formula: &Formula,
+    positions: &[Point3],
+    edges: impl IntoIterator<Item = [usize; 2]>,
+) -> Option<Defect> {
+    if !formula.may_kink() {
+        return None;
+    }
+    let diagonal = Aabb::around(positions).diagonal();
+    edges.into_iter().find_map(|ends| kink_on_edge(formula, ends.map(|v| positions[v]), diagonal))
 }
 
-fn kink_on_edge(formula: &Formula, base: &BaseMesh, edge: EdgeId, diagonal: f64) -> Option<Defect> {
-    let h = base.mesh.edge_half_edge(edge);
-    let [a, b] = [base.mesh.origin(h), base.mesh.dest(h)].map(|v| base.positions[v.index()]);
+fn kink_on_edge(formula: &Formula, [a, b]: [Point3; 2], diagonal: f64) -> Option<Defect> {
     let length = (b - a).norm();
     // The first-order distance may be off by a factor on a coarse mesh.
     const REACH: f64 = 2.0;

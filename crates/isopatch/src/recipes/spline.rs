@@ -126,6 +126,9 @@ pub enum RecipeError {
 const CHECK_LATTICE: usize = 12;
 /// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
 const BACK_SAMPLES: usize = 30_000;
+/// Normals at the ends of a seed edge that differ by more than this (the length of their difference, about 17°) make one
+/// look for a kink at once.
+const SHARP: f64 = 0.3;
 /// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
 const AIM: f64 = 0.45;
 /// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
@@ -290,15 +293,35 @@ impl Work<'_> {
         let options = BaseOptions { faces, search_least: faces.is_none(), ..self.recipe.base };
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
-            None => base::build(&self.formula, &self.bounds, &options),
+            None => {
+                let seed = base::seed_mesh(&self.formula, &self.bounds, faces, &options.seed);
+                let seed = seed.map_err(|error| self.blame(error))?;
+                // A sharp edge would ask for endlessly many faces.
+                if let Some(defect) =
+                    find_defect(&self.formula, &seed.mesh.positions, seed.sharp_edges(SHARP))
+                {
+                    return Err(defect.into());
+                }
+                base::base_from_seed(&self.formula, &seed, &options)
+            }
         };
-        let outcome = outcome.map_err(|error| match explain(&self.formula, &self.bounds, &error) {
-            Some(defect) => RecipeError::Defect(defect),
-            None => RecipeError::Base(error),
-        })?;
-        match find_defect(&self.formula, &outcome.base) {
+        let outcome = outcome.map_err(|error| self.blame(error))?;
+        let base = &outcome.base;
+        let ends = |e| {
+            let h = base.mesh.edge_half_edge(e);
+            [base.mesh.origin(h), base.mesh.dest(h)].map(|v| v.index())
+        };
+        match find_defect(&self.formula, &base.positions, base.mesh.edges().map(ends)) {
             Some(defect) => Err(defect.into()),
             None => Ok(outcome),
+        }
+    }
+
+    /// What the formula has to say about a failure of the base mesh, or that failure.
+    fn blame(&self, error: BaseError) -> RecipeError {
+        match explain(&self.formula, &self.bounds, &error) {
+            Some(defect) => RecipeError::Defect(defect),
+            None => RecipeError::Base(error),
         }
     }
 
