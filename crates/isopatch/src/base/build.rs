@@ -30,9 +30,9 @@ pub struct BaseOptions {
     pub remesh: RemeshOptions,
     /// What the result is measured against.
     pub limits: ValidityLimits,
-    /// Where too few faces were asked for, find out how many work, which takes a while; else the error says where the
-    /// first stage stopped. Default true.
-    pub search_least: bool,
+    /// The caller looks for a sufficient number of faces itself: if too few were asked for, no search is made, and the
+    /// error says where the first stage stopped. Default false: it names a count that works.
+    pub trial: bool,
 }
 
 /// Settings of [`seed_mesh`].
@@ -128,7 +128,7 @@ pub fn base_from_seed(
     let base = match shaped(field, seed, faces, options) {
         Ok(base) => base,
         Err(error @ (BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })) => {
-            if !options.search_least {
+            if options.trial {
                 return Err(error);
             }
             let (least, base) = least_that_works(field, seed, faces, options).ok_or(error)?;

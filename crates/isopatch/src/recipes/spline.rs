@@ -290,7 +290,7 @@ impl Work<'_> {
             Size::Automatic | Size::Tolerance(_) => faces,
         };
         // Counts are searched for where the whole surface is made, not only its base mesh.
-        let options = BaseOptions { faces, search_least: faces.is_none(), ..self.recipe.base };
+        let options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => {
