@@ -1,3 +1,4 @@
+use super::clip::Clip;
 use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::HalfEdgeMesh;
@@ -26,6 +27,8 @@ pub struct BaseMesh {
     pub curvatures: Vec<Mat3>,
     /// Meaning of each edge.
     pub features: Vec<EdgeFeature>,
+    /// How a box cuts it; none if it is closed, or its boundary is not that of a box.
+    pub clip: Option<Clip>,
 }
 
 impl BaseMesh {
@@ -45,7 +48,7 @@ impl BaseMesh {
                 None => EdgeFeature::Boundary,
             })
             .collect();
-        Self { mesh, positions, normals, curvatures, features }
+        Self { mesh, positions, normals, curvatures, features, clip: None }
     }
 
     /// Bounding box of the vertices.

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::error::{BaseError, BoxSide};
+use super::clip::BoxSide;
+use super::error::BaseError;
 use super::polygonize::{Grid, boundary_sign, sample};
 use crate::field::Field;
 use crate::geom::{Aabb, Point3, Vec3};

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use super::connectivity::Connectivity;
 use super::error::BaseError;
-use super::polygonize::TriangleMesh;
+use super::triangle_mesh::TriangleMesh;
 use crate::geom::{Mat3, Point3, Vec3};
 
 /// The quadratic function xᵀ A x − 2 bᵀ x + c: weighted sum of squared distances to planes and points.
@@ -95,7 +95,7 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
     }
     let kept = work.mesh.compact();
     let positions = kept.iter().map(|v| work.positions[*v as usize] + center).collect();
-    Ok(TriangleMesh { positions, faces: work.mesh.faces().collect() })
+    Ok(TriangleMesh { positions, faces: work.mesh.faces().collect(), clip: None })
 }
 
 fn quadrics(positions: &[Point3], faces: &[[u32; 3]]) -> Vec<Quadric> {

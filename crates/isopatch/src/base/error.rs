@@ -1,23 +1,5 @@
-use std::fmt;
-
+use super::clip::{AXIS_NAMES, BoxSide};
 use crate::geom::Point3;
-
-/// A side of a box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BoxSide {
-    /// Which coordinate is constant on it: 0, 1 or 2.
-    pub axis: usize,
-    /// Is it the side of the largest coordinate?
-    pub upper: bool,
-}
-
-impl fmt::Display for BoxSide {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", if self.upper { "largest" } else { "smallest" }, AXIS_NAMES[self.axis])
-    }
-}
-
-const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Why no base mesh could be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use super::build::{BaseOptions, BaseOutcome, Repair, finish, require_convex_corners};
 use super::error::BaseError;
-use super::polygonize::TriangleMesh;
+use super::triangle_mesh::TriangleMesh;
 use super::validity::validity;
 use crate::field::Field;
 use crate::geom::Point3;
@@ -34,7 +34,7 @@ pub fn from_mesh<F: AsRef<[u32]>>(
         return Err(BaseError::OpenMesh { from: connectivity.origin(h).0, to: connectivity.dest(h).0 });
     }
 
-    let mut mesh = TriangleMesh { positions: positions.to_vec(), faces };
+    let mut mesh = TriangleMesh { positions: positions.to_vec(), faces, clip: None };
     let mut repairs = Vec::new();
     if is_inside_out(field, &mesh) {
         mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));

@@ -15,6 +15,7 @@
 mod base_mesh;
 mod bounds;
 mod build;
+mod clip;
 mod connectivity;
 mod cube_cases;
 mod decimate;
@@ -28,6 +29,7 @@ mod shape;
 mod singular;
 mod sizing;
 mod target;
+mod triangle_mesh;
 mod validity;
 
 #[cfg(test)]
@@ -41,10 +43,11 @@ pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten
 pub use build::{
     BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, base_from_seed, build, finish, seed_mesh,
 };
+pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
-pub use error::{BaseError, BoxSide};
+pub use error::BaseError;
 pub use given::from_mesh;
-pub use polygonize::{END_GAP, Grid, Samples, TriangleMesh, check_samples, polygonize, sample};
+pub use polygonize::{END_GAP, Grid, Samples, check_samples, polygonize, sample};
 pub use project::{ProjectOptions, Projection, project_points};
 pub use refine::{edge_lengths, refine};
 pub use remesh::{RemeshOptions, remesh};
@@ -52,4 +55,5 @@ pub use shape::largest_curvature;
 pub use singular::find_singular;
 pub use sizing::SizingOptions;
 pub use target::FieldTarget;
+pub use triangle_mesh::TriangleMesh;
 pub use validity::{Limit, Quality, ValidityLimits, Violation, quality, validity};

@@ -2,57 +2,12 @@
 
 use rayon::prelude::*;
 
+use super::clip::BoxSide;
 use super::cube_cases::{CubeCase, FIRST_CENTER, cube_cases, edge_start};
-use super::error::{BaseError, BoxSide};
+use super::error::BaseError;
+use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
 use crate::geom::{Aabb, Point3, Points, Vec3};
-
-/// Triangles over points; faces are counter-clockwise seen from outside (f > 0).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TriangleMesh {
-    /// Vertex positions.
-    pub positions: Vec<Point3>,
-    /// Corners of each face.
-    pub faces: Vec<[u32; 3]>,
-}
-
-impl TriangleMesh {
-    /// Vertices − edges + faces of a closed mesh without isolated vertices.
-    pub fn euler_number(&self) -> i64 {
-        self.positions.len() as i64 - self.faces.len() as i64 / 2
-    }
-
-    /// Number of connected components.
-    pub fn component_count(&self) -> usize {
-        let mut parent: Vec<u32> = (0..self.positions.len() as u32).collect();
-        let mut count = parent.len();
-        for [a, b, c] in &self.faces {
-            for other in [b, c] {
-                let (r, s) = (root(&mut parent, *a), root(&mut parent, *other));
-                if r != s {
-                    parent[r.max(s) as usize] = r.min(s);
-                    count -= 1;
-                }
-            }
-        }
-        count
-    }
-
-    /// Twice the area of a face times its normal.
-    pub fn area_vector(&self, face: [u32; 3]) -> Vec3 {
-        let [a, b, c] = face.map(|v| self.positions[v as usize]);
-        (b - a).cross(&(c - a))
-    }
-}
-
-/// Representative of a union-find set, with path halving.
-fn root(parent: &mut [u32], mut v: u32) -> u32 {
-    while parent[v as usize] != v {
-        parent[v as usize] = parent[parent[v as usize] as usize];
-        v = parent[v as usize];
-    }
-    v
-}
 
 /// A regular grid of cubic cells.
 #[derive(Clone, Copy, Debug, PartialEq)]

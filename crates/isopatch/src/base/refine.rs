@@ -3,8 +3,8 @@
 use super::base_mesh::BaseMesh;
 use super::build::{BaseOptions, BaseOutcome, finish, require_convex_corners};
 use super::error::BaseError;
-use super::polygonize::TriangleMesh;
 use super::remesh::{RemeshOptions, remesh_to};
+use super::triangle_mesh::TriangleMesh;
 use super::validity::validity;
 use crate::field::Field;
 
@@ -35,7 +35,7 @@ pub fn refine(
     options: &BaseOptions,
 ) -> Result<BaseOutcome, BaseError> {
     let triangles = base.mesh.faces().map(|f| base.mesh.triangle(f).map(|v| v.0)).collect();
-    let mesh = TriangleMesh { positions: base.positions.clone(), faces: triangles };
+    let mesh = TriangleMesh { positions: base.positions.clone(), faces: triangles, clip: None };
     let rounds = RemeshOptions { rounds: ROUNDS, ..options.remesh };
     let fine = remesh_to(field, &mesh, Some(lengths), faces, base.diagonal(), &rounds)?;
     let base = finish(field, fine, &options.remesh.projection)?;

@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::connectivity::Connectivity;
 use super::error::BaseError;
-use super::polygonize::TriangleMesh;
 use super::project::{ProjectOptions, project_positions};
 use super::shape::{area_vector, facing, largest_angle_cosine, largest_curvature, unit_or_zero};
 use super::sizing::{
     SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors, stretch,
 };
+use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
 use crate::geom::{Jet, Mat3, Point3, Vec3};
 
@@ -150,7 +150,7 @@ pub(super) fn remesh_to(
     }
     work.flip_for_angle();
     work.compact();
-    Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x })
+    Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x, clip: None })
 }
 
 impl Remesher<'_> {

@@ -28,6 +28,7 @@ fn triangle(corners: [Point3; 3], curvatures: [f64; 3]) -> BaseMesh {
         normals: vec![Vec3::z(); 3],
         curvatures: curvatures.map(|k| k * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0))).to_vec(),
         features: vec![EdgeFeature::Boundary; 3],
+        clip: None,
     }
 }
 

@@ -26,6 +26,7 @@ impl Golden {
         let tensors: Vec<[[f64; 3]; 3]> = serde_json::from_value(json["curvature_tensor_M"].clone()).unwrap();
         let base = BaseMesh {
             features: vec![EdgeFeature::Smooth; mesh.edge_count()],
+            clip: None,
             normals: points(&json["normals"]),
             curvatures: tensors.iter().map(|m| Mat3::from_fn(|r, c| m[r][c])).collect(),
             positions,
