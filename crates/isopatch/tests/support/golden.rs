@@ -155,6 +155,6 @@ fn build(
             None => EdgeFeature::Boundary,
         });
     }
-    let base = BaseMesh { mesh, positions, normals, curvatures, features };
+    let base = BaseMesh { mesh, positions, normals, curvatures, features, clip: None };
     TriangularSpline::new(base, ordered, nets)
 }
