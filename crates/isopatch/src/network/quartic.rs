@@ -16,7 +16,7 @@
 use crate::base::BaseMesh;
 use crate::bernstein::curve::basis;
 use crate::geom::{Point3, Points, Vec3};
-use crate::mesh::EdgeId;
+use crate::mesh::{EdgeId, HalfEdgeId};
 use crate::surface::Target;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use rayon::prelude::*;
@@ -37,6 +37,9 @@ pub struct CurveOptions {
     pub normal_distance_steps: usize,
     /// Weight of tangential motion in these steps.
     pub tangential_weight: f64,
+    /// Largest turn of the tangents out of the direction of the chord in these steps, as the tangent of the angle;
+    /// 0 keeps them there, as the paper does.
+    pub largest_turn: f64,
     /// Largest violation of (9b) that counts as solved.
     pub constraint_tolerance: f64,
 }
@@ -48,8 +51,9 @@ impl Default for CurveOptions {
             longest_tangent: 0.6,
             max_steps: 40,
             step_tolerance: 1e-9,
-            normal_distance_steps: 3,
-            tangential_weight: 1e-3,
+            normal_distance_steps: std::env::var("CST").ok().and_then(|s| s.parse().ok()).unwrap_or(3),
+            tangential_weight: std::env::var("CTW").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-3),
+            largest_turn: std::env::var("TURN").ok().and_then(|s| s.parse().ok()).unwrap_or(0.5),
             constraint_tolerance: 1e-10,
         }
     }
@@ -146,7 +150,7 @@ fn fit_batch(
     options: &CurveOptions,
     edges: &[EdgeId],
 ) -> Result<Vec<QuarticCurve>, CurveError> {
-    let ends: Vec<Ends> = edges.iter().map(|e| Ends::of(base, *e)).collect::<Result<_, _>>()?;
+    let ends: Vec<Ends> = edges.iter().map(|e| Ends::of(base, *e, options)).collect::<Result<_, _>>()?;
     let mut points: Points = ends.iter().flat_map(|e| TABLE.t.map(|t| e.q0 + t * e.chord)).collect();
     target.project(&mut points);
 
@@ -172,10 +176,14 @@ struct Ends {
     chord: Vec3,
     length: f64,
     n: [Vec3; 2],
-    /// Unit tangents, both pointing forward.
+    /// Unit tangents along the chord, both pointing forward.
     t: [Vec3; 2],
-    /// Normal curvatures along the tangents.
-    k: [f64; 2],
+    /// Across them, N × t.
+    s: [Vec3; 2],
+    /// Largest tangent of the angle by which the curve may leave t.
+    turn: [f64; 2],
+    /// Curvature tensor in the basis t, s: kₜₜ, kₜₛ, kₛₛ.
+    k: [[f64; 3]; 2],
 }
 
 /// The unknowns of a curve: q2 is relative to q0.
@@ -184,22 +192,36 @@ struct Fit {
     lambda: f64,
     mu: f64,
     q2: Vec3,
+    /// q1 − q0 and q3 − q4 along s.
+    across: [f64; 2],
     steps: usize,
 }
 
+/// λ, μ, q2, and the two components across.
+const UNKNOWNS: usize = 7;
+
 impl Fit {
-    fn as_vector(&self) -> SVector<f64, 5> {
-        SVector::from([self.lambda, self.mu, self.q2.x, self.q2.y, self.q2.z])
+    fn as_vector(&self) -> SVector<f64, UNKNOWNS> {
+        SVector::from([self.lambda, self.mu, self.q2.x, self.q2.y, self.q2.z, self.across[0], self.across[1]])
     }
 
-    fn moved(&self, step: &SVector<f64, 5>) -> Self {
-        let q2 = self.q2 + Vec3::new(step[2], step[3], step[4]);
-        Self { lambda: self.lambda + step[0], mu: self.mu + step[1], q2, steps: self.steps }
+    fn moved(&self, step: &SVector<f64, UNKNOWNS>) -> Self {
+        Self {
+            lambda: self.lambda + step[0],
+            mu: self.mu + step[1],
+            q2: self.q2 + Vec3::new(step[2], step[3], step[4]),
+            across: [self.across[0] + step[5], self.across[1] + step[6]],
+            steps: self.steps,
+        }
+    }
+
+    fn along(&self) -> [f64; 2] {
+        [self.lambda, self.mu]
     }
 }
 
 impl Ends {
-    fn of(base: &BaseMesh, edge: EdgeId) -> Result<Self, CurveError> {
+    fn of(base: &BaseMesh, edge: EdgeId, options: &CurveOptions) -> Result<Self, CurveError> {
         let h = base.mesh.edge_half_edge(edge);
         let (from, to) = (base.mesh.origin(h), base.mesh.dest(h));
         let (q0, q4) = (base.positions[from.index()], base.positions[to.index()]);
@@ -213,8 +235,13 @@ impl Ends {
                 .try_normalize(f64::EPSILON * length)
                 .ok_or(CurveError::NoTangent { edge: edge.0, from: from.0, to: to.0 })?;
         }
-        let k = std::array::from_fn(|i| t[i].dot(&(m[i] * t[i])));
-        Ok(Self { q0, q4, chord, length, n, t, k })
+        let s: [Vec3; 2] = std::array::from_fn(|i| n[i].cross(&t[i]));
+        let k = std::array::from_fn(|i| {
+            let (mt, ms) = (m[i] * t[i], m[i] * s[i]);
+            [t[i].dot(&mt), s[i].dot(&mt), s[i].dot(&ms)]
+        });
+        let turn = [h, base.mesh.twin(h).unwrap_or(h)].map(|h| options.largest_turn.min(room_at(base, h)));
+        Ok(Self { q0, q4, chord, length, n, t, s, turn, k })
     }
 
     /// Fit (9) to projected samples (relative to q0): Levenberg–Marquardt in (λ, μ), then (9b) restored exactly.
@@ -244,38 +271,42 @@ impl Ends {
                 break;
             }
         }
-        let fit = Fit { lambda: x[0], mu: x[1], q2: problem.q2(&x), steps };
-        self.restore(fit)
+        let fit = Fit { lambda: x[0], mu: x[1], q2: problem.q2(&x), across: [0.0; 2], steps };
+        self.restore(fit, false)
+    }
+
+    /// wᵀ M w of the first control vector w at an end, λ² k for a tangent along the chord.
+    fn bending(&self, end: usize, fit: &Fit) -> f64 {
+        let (a, b, [tt, ts, ss]) = (fit.along()[end], fit.across[end], self.k[end]);
+        a * a * tt + 2.0 * a * b * ts + b * b * ss
     }
 
     /// Residuals of (9b), divided by 3.
     fn constraints(&self, fit: &Fit) -> Vector2<f64> {
         Vector2::new(
-            fit.q2.dot(&self.n[0]) - 4.0 / 3.0 * fit.lambda * fit.lambda * self.k[0],
-            (fit.q2 - self.chord).dot(&self.n[1]) - 4.0 / 3.0 * fit.mu * fit.mu * self.k[1],
+            fit.q2.dot(&self.n[0]) - 4.0 / 3.0 * self.bending(0, fit),
+            (fit.q2 - self.chord).dot(&self.n[1]) - 4.0 / 3.0 * self.bending(1, fit),
         )
     }
 
-    fn constraint_gradients(&self, fit: &Fit) -> SMatrix<f64, 2, 5> {
-        let [n0, n1] = self.n;
-        SMatrix::<f64, 2, 5>::from_row_slice(&[
-            -8.0 / 3.0 * fit.lambda * self.k[0],
-            0.0,
-            n0.x,
-            n0.y,
-            n0.z,
-            0.0,
-            -8.0 / 3.0 * fit.mu * self.k[1],
-            n1.x,
-            n1.y,
-            n1.z,
-        ])
+    /// Their derivatives; with tangents that do not `turn`, the last two columns are zero.
+    fn constraint_gradients(&self, fit: &Fit, turn: bool) -> SMatrix<f64, 2, UNKNOWNS> {
+        let mut gradients = SMatrix::<f64, 2, UNKNOWNS>::zeros();
+        for i in 0..2 {
+            let (a, b, [tt, ts, ss]) = (fit.along()[i], fit.across[i], self.k[i]);
+            gradients[(i, i)] = -8.0 / 3.0 * (a * tt + b * ts);
+            (0..3).for_each(|c| gradients[(i, 2 + c)] = self.n[i][c]);
+            if turn {
+                gradients[(i, 5 + i)] = -8.0 / 3.0 * (a * ts + b * ss);
+            }
+        }
+        gradients
     }
 
     /// Least-norm Newton steps onto (9b).
-    fn restore(&self, mut fit: Fit) -> Fit {
+    fn restore(&self, mut fit: Fit, turn: bool) -> Fit {
         for _ in 0..RESTORATION_STEPS {
-            let gradients = self.constraint_gradients(&fit);
+            let gradients = self.constraint_gradients(&fit, turn);
             let gram = gradients * gradients.transpose() + Matrix2::identity() * f64::EPSILON;
             let Some(inverse) = gram.try_inverse() else { break };
             fit = fit.moved(&-(gradients.transpose() * (inverse * self.constraints(&fit))));
@@ -285,7 +316,20 @@ impl Ends {
 
     /// Control points relative to q0.
     fn control_points(&self, fit: &Fit) -> [Vec3; 5] {
-        [Vec3::zeros(), fit.lambda * self.t[0], fit.q2, self.chord + fit.mu * self.t[1], self.chord]
+        let arm = |i: usize| fit.along()[i] * self.t[i] + fit.across[i] * self.s[i];
+        [Vec3::zeros(), arm(0), fit.q2, self.chord + arm(1), self.chord]
+    }
+
+    /// Tangents shortened, lengthened and turned back to their limits.
+    fn within_limits(&self, fit: Fit, options: &CurveOptions) -> Fit {
+        let clamp =
+            |x: f64| x.clamp(options.shortest_tangent * self.length, options.longest_tangent * self.length);
+        let (lambda, mu) = (clamp(fit.lambda), -clamp(-fit.mu));
+        let turn = |i: usize, along: f64| {
+            let most = self.turn[i] * along.abs();
+            fit.across[i].clamp(-most, most)
+        };
+        Fit { lambda, mu, across: [turn(0, lambda), turn(1, mu)], ..fit }
     }
 
     fn in_box(&self, fit: &Fit, options: &CurveOptions) -> bool {
@@ -309,11 +353,29 @@ impl Ends {
             let (from, to) = (base.mesh.origin(h).0, base.mesh.dest(h).0);
             return Err(CurveError::Infeasible { edge: edge.0, from, to });
         }
-        let q1 = self.q0 + fit.lambda * self.t[0];
-        let q3 = self.q4 + fit.mu * self.t[1];
-        let q = [self.q0, q1, self.q0 + fit.q2, q3, self.q4];
+        let [_, q1, q2, q3, _] = self.control_points(fit).map(|q| self.q0 + q);
+        let q = [self.q0, q1, q2, q3, self.q4];
         Ok(QuarticCurve { q, steps: fit.steps, at_bound: !self.in_box(fit, options) })
     }
+}
+
+/// Share of a corner, or of what it lacks to a straight angle, by which each of its two curves may turn.
+const CORNER_SHARE: f64 = 0.3;
+
+/// Tangent of the angle by which the curve of a half edge may turn at its origin, for the corners beside it to stay well
+/// between 0° and 180°.
+fn room_at(base: &BaseMesh, h: HalfEdgeId) -> f64 {
+    let mesh = &base.mesh;
+    let v = mesh.origin(h);
+    let (o, n) = (base.positions[v.index()], base.normals[v.index()]);
+    let corner = |h: HalfEdgeId| {
+        let [a, b] = [mesh.dest(h), mesh.origin(mesh.prev(h))].map(|w| base.positions[w.index()] - o);
+        let angle = n.dot(&a.cross(&b)).atan2(a.dot(&b) - a.dot(&n) * b.dot(&n));
+        angle.min(std::f64::consts::PI - angle)
+    };
+    let before = mesh.twin(h).map(|g| mesh.next(g));
+    let least = before.map_or(f64::INFINITY, corner).min(corner(h));
+    (CORNER_SHARE * least).max(0.0).tan()
 }
 
 /// The fit with q2 eliminated: ½-scaled objective xᵀHx − 2 g·x + Σ B2² dᵀ G⁻¹ d over x = (λ, μ), where d is the
@@ -352,7 +414,7 @@ impl<'a> Reduced<'a> {
     }
 
     fn violation(&self, x: &Vector2<f64>) -> Vector2<f64> {
-        self.ends.constraints(&Fit { lambda: x[0], mu: x[1], q2: self.free_q2(x), steps: 0 })
+        self.ends.constraints(&Fit { lambda: x[0], mu: x[1], q2: self.free_q2(x), across: [0.0; 2], steps: 0 })
     }
 
     /// The best q2 on both planes.
@@ -369,7 +431,8 @@ impl<'a> Reduced<'a> {
 
     /// Half the gradient, and half the Gauss–Newton Hessian.
     fn derivatives(&self, x: &Vector2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
-        let Ends { t, n, k, .. } = self.ends;
+        let Ends { t, n, .. } = self.ends;
+        let k = self.ends.k.map(|k| k[0]);
         let jacobian = Matrix2::new(
             -8.0 / 3.0 * x[0] * k[0],
             -TABLE.a * t[1].dot(&n[0]),
@@ -381,32 +444,39 @@ impl<'a> Reduced<'a> {
     }
 }
 
-/// Gauss–Newton steps on Σ (f/|∇f|)² + weight · (tangential motion)² at the samples, with (9b) kept; a curve keeps
-/// its result only if the sum fell and (λ, μ) stayed inside the box.
+/// Levenberg–Marquardt steps on Σ (f/|∇f|)² + weight · (tangential motion)² at the samples, with (9b) kept exactly. A
+/// step counts only if the sum fell and the tangents stayed within their limits.
 fn reduce_normal_distance(target: &dyn Target, options: &CurveOptions, ends: &[Ends], fits: &mut [Fit]) {
     let start: Vec<Fit> = fits.to_vec();
-    let mut batch = NormalBatch::new(ends.len());
-    let before = batch.evaluate(target, ends, fits);
-    for step in 0..options.normal_distance_steps {
-        if step > 0 {
-            batch.evaluate(target, ends, fits);
+    let mut best = NormalBatch::new(ends.len());
+    let mut sums = best.evaluate(target, ends, fits);
+    let mut trial = NormalBatch::new(ends.len());
+    let mut damping = vec![FIRST_DAMPING; ends.len()];
+    let mut next = fits.to_vec();
+    for _ in 0..options.normal_distance_steps {
+        for (i, next) in next.iter_mut().enumerate() {
+            let step = best.gauss_newton_step(i, &ends[i], &fits[i], &start[i], damping[i], options);
+            *next = ends[i].restore(ends[i].within_limits(step, options), false);
         }
-        for (i, fit) in fits.iter_mut().enumerate() {
-            *fit = batch.gauss_newton_step(i, &ends[i], fit, &start[i], options.tangential_weight);
-        }
-    }
-    for (fit, ends) in fits.iter_mut().zip(ends) {
-        *fit = ends.restore(*fit);
-    }
-    let after = batch.evaluate(target, ends, fits);
-    for i in 0..fits.len() {
-        // Written so that a NaN keeps the start.
-        let better = after[i] <= before[i] && ends[i].in_box(&fits[i], options);
-        if !better {
-            fits[i] = start[i];
+        let after = trial.evaluate(target, ends, &next);
+        for i in 0..fits.len() {
+            // Written so that a NaN does not count.
+            if after[i] < sums[i] && ends[i].in_box(&next[i], options) {
+                (fits[i], sums[i]) = (next[i], after[i]);
+                best.copy_curve(&trial, i);
+                damping[i] *= LESS_DAMPING;
+            } else {
+                damping[i] *= MORE_DAMPING;
+            }
         }
     }
 }
+
+/// Weight of any motion from the present curve beside the distance along the normal: the first, and its factors after a
+/// step that counts and one that does not.
+const FIRST_DAMPING: f64 = 1e-4;
+const LESS_DAMPING: f64 = 0.1;
+const MORE_DAMPING: f64 = 30.0;
 
 /// Offsets and normals of the target at the samples of a batch of curves.
 struct NormalBatch {
@@ -434,32 +504,62 @@ impl NormalBatch {
         self.offset.chunks(SAMPLES).map(|d| d.iter().map(|d| d * d).sum()).collect()
     }
 
-    fn gauss_newton_step(&self, i: usize, ends: &Ends, fit: &Fit, start: &Fit, weight: f64) -> Fit {
+    /// Takes over what another batch found for curve `i`.
+    fn copy_curve(&mut self, other: &Self, i: usize) {
+        for j in i * SAMPLES..(i + 1) * SAMPLES {
+            self.offset[j] = other.offset[j];
+            self.normal.set(j, other.normal.get(j));
+        }
+    }
+
+    fn gauss_newton_step(
+        &self,
+        i: usize,
+        ends: &Ends,
+        fit: &Fit,
+        start: &Fit,
+        damping: f64,
+        options: &CurveOptions,
+    ) -> Fit {
+        let weight = options.tangential_weight;
+        let turn = options.largest_turn > 0.0;
         let moved = fit.as_vector() - start.as_vector();
-        let mut a = SMatrix::<f64, 5, 5>::zeros();
-        let mut gradient = SVector::<f64, 5>::zeros();
+        let mut a = SMatrix::<f64, UNKNOWNS, UNKNOWNS>::zeros();
+        let mut gradient = SVector::<f64, UNKNOWNS>::zeros();
         for (j, b) in TABLE.b.iter().enumerate() {
-            // The derivative of the sample by (λ, μ, q2) has these columns.
-            let columns =
-                [b[1] * ends.t[0], b[3] * ends.t[1], b[2] * Vec3::x(), b[2] * Vec3::y(), b[2] * Vec3::z()];
+            // The derivatives of the sample by the unknowns.
+            let [s0, s1] = if turn { [b[1] * ends.s[0], b[3] * ends.s[1]] } else { [Vec3::zeros(); 2] };
+            let columns = [
+                b[1] * ends.t[0],
+                b[3] * ends.t[1],
+                b[2] * Vec3::x(),
+                b[2] * Vec3::y(),
+                b[2] * Vec3::z(),
+                s0,
+                s1,
+            ];
             let n = self.normal.get(i * SAMPLES + j);
             let row = SVector::from(columns.map(|c| c.dot(&n)));
-            let motion = SMatrix::<f64, 3, 5>::from_columns(&columns);
-            a += row * row.transpose() + weight * motion.transpose() * motion;
+            let motion = SMatrix::<f64, 3, UNKNOWNS>::from_columns(&columns);
+            a += row * row.transpose() + (weight + damping) * motion.transpose() * motion;
             gradient += self.offset[i * SAMPLES + j] * row + weight * motion.transpose() * (motion * moved);
         }
-        let gradients = ends.constraint_gradients(fit);
-        let mut kkt = SMatrix::<f64, 7, 7>::zeros();
-        kkt.fixed_view_mut::<5, 5>(0, 0).copy_from(&a);
-        kkt.fixed_view_mut::<2, 5>(5, 0).copy_from(&gradients);
-        kkt.fixed_view_mut::<5, 2>(0, 5).copy_from(&gradients.transpose());
+        if !turn {
+            (5..UNKNOWNS).for_each(|i| a[(i, i)] = 1.0);
+        }
+        let gradients = ends.constraint_gradients(fit, turn);
+        const ALL: usize = UNKNOWNS + 2;
+        let mut kkt = SMatrix::<f64, ALL, ALL>::zeros();
+        kkt.fixed_view_mut::<UNKNOWNS, UNKNOWNS>(0, 0).copy_from(&a);
+        kkt.fixed_view_mut::<2, UNKNOWNS>(UNKNOWNS, 0).copy_from(&gradients);
+        kkt.fixed_view_mut::<UNKNOWNS, 2>(0, UNKNOWNS).copy_from(&gradients.transpose());
         // Keeps the system regular where both normals, and so both constraints, agree.
-        (5..7).for_each(|i| kkt[(i, i)] = -1e-15);
-        let mut right = SVector::<f64, 7>::zeros();
-        right.fixed_rows_mut::<5>(0).copy_from(&-gradient);
-        right.fixed_rows_mut::<2>(5).copy_from(&-ends.constraints(fit));
+        (UNKNOWNS..ALL).for_each(|i| kkt[(i, i)] = -1e-15);
+        let mut right = SVector::<f64, ALL>::zeros();
+        right.fixed_rows_mut::<UNKNOWNS>(0).copy_from(&-gradient);
+        right.fixed_rows_mut::<2>(UNKNOWNS).copy_from(&-ends.constraints(fit));
         let Some(solution) = kkt.lu().solve(&right) else { return *fit };
-        let step: SVector<f64, 5> = solution.fixed_rows::<5>(0).into();
+        let step: SVector<f64, UNKNOWNS> = solution.fixed_rows::<UNKNOWNS>(0).into();
         let length = step.norm();
         let limit = TRUST * ends.length;
         fit.moved(&(if length > limit { step * (limit / length) } else { step }))

@@ -116,7 +116,17 @@ pub fn build(
     let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
     solve_edges(&base.mesh, &curves, &weights, &mu1, &mut nets)?;
     fit::refit_free_points(&mut nets, &footprints);
-    fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
+    let env = |n: &str, d: f64| std::env::var(n).ok().and_then(|s| s.parse().ok()).unwrap_or(d);
+    let passes = env("RELAX", 0.0) as usize;
+    if passes == 0 {
+        fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
+    }
+    let lambda: Vec<[f64; 2]> = (0..curves.len())
+        .map(|e| [weights[2 * e].lambda, 1.0 - weights[2 * e + 1].lambda])
+        .collect();
+    for _ in 0..passes {
+        super::relax::relax(&base.mesh, &lambda, &mut nets, target, env("TW", 1e-2), env("CG", 30.0) as usize);
+    }
     Ok(TriangularSpline::new(base, curves, nets))
 }
 

@@ -4,6 +4,7 @@
 //! ([`fit`]), twist points by the [`vertex`] systems, inner rows by the [`edge`] systems, free points last.
 
 mod build;
+mod relax;
 pub mod edge;
 pub mod fit;
 mod surface;
