@@ -22,8 +22,8 @@ use crate::mesh::HalfEdgeMesh;
 /// Settings of [`build`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseOptions {
-    /// Exact number of faces; an odd one is raised by one, as a closed triangle mesh has an even number. None: as many as
-    /// the curvature asks for.
+    /// Exact number of faces; for a closed surface an odd one is raised by one, as a closed triangle mesh has an even
+    /// number. None: as many as the curvature asks for.
     pub faces: Option<usize>,
     /// The seed grid.
     pub seed: SeedOptions,
@@ -116,7 +116,7 @@ pub fn base_from_seed(
     let mut repairs = Vec::new();
     let faces = match options.faces {
         None => seed.automatic_faces(&options.remesh),
-        Some(asked) if asked % 2 == 0 => asked,
+        Some(asked) if asked % 2 == 0 || seed.mesh.clip.is_some() => asked,
         Some(asked) => {
             repairs.push(Repair {
                 what: format!("{} faces instead of {asked}", asked + 1),
@@ -293,7 +293,8 @@ const LEAST_REFINEMENT: f64 = 1.25;
 /// One vertex in so many may have a larger curvature than the grid resolves.
 const UNRESOLVED_SHARE: usize = 100;
 
-fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step: f64) -> Seed {
+/// A seed mesh with what the field says at its vertices.
+pub(super) fn describe(field: &dyn Field, mesh: TriangleMesh, negative_outside: bool, step: f64) -> Seed {
     let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = mesh
         .positions
         .par_iter()
@@ -330,7 +331,8 @@ const STRAY_SHARE: f64 = 0.01;
 /// Fails if the sign changes at a pole or a jump instead of a zero.
 fn require_surface(field: &dyn Field, seed: &Seed) -> Result<(), BaseError> {
     let mut positions = seed.mesh.positions.clone();
-    let report = project_positions(field, &mut positions, seed.diagonal, &ProjectOptions::default());
+    let sides = seed.mesh.clip.as_ref().map_or(&[][..], |c| &c.sides);
+    let report = project_positions(field, &mut positions, sides, seed.diagonal, &ProjectOptions::default());
     match report.failures.first() {
         Some(i) if report.failures.len() as f64 > STRAY_SHARE * positions.len() as f64 => {
             Err(BaseError::NotOnSurface { at: seed.mesh.positions[*i] })
@@ -346,7 +348,8 @@ pub fn finish(
     projection: &ProjectOptions,
 ) -> Result<BaseMesh, BaseError> {
     let diagonal = Aabb::around(&mesh.positions).diagonal();
-    let report = project_positions(field, &mut mesh.positions, diagonal, projection);
+    let sides = mesh.clip.as_ref().map_or(&[][..], |c| &c.sides);
+    let report = project_positions(field, &mut mesh.positions, sides, diagonal, projection);
     let step = diagonal / (mesh.faces.len() as f64).sqrt();
     if let Some(i) = report.failures.first() {
         let at = mesh.positions[*i];
@@ -356,7 +359,8 @@ pub fn finish(
         });
     }
     let connectivity = HalfEdgeMesh::from_faces(mesh.positions.len(), &mesh.faces)?;
-    Ok(BaseMesh::from_field(field, connectivity, mesh.positions))
+    let base = BaseMesh::from_field(field, connectivity, mesh.positions);
+    Ok(BaseMesh { clip: mesh.clip, ..base })
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.

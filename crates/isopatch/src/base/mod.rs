@@ -13,6 +13,7 @@
 //! [`validity`] says whether a mesh, wherever it comes from, is fit for a spline surface.
 
 mod base_mesh;
+mod border;
 mod bounds;
 mod build;
 mod clip;
@@ -32,6 +33,11 @@ mod target;
 mod triangle_mesh;
 mod validity;
 
+#[cfg(test)]
+mod open_fixtures;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod open_tests;
 #[cfg(test)]
 mod test_fields;
 #[cfg(test)]

@@ -16,7 +16,7 @@ pub struct ValidityLimits {
     pub facet_deviation: f64,
     /// Largest turn of the normal along an edge, |M (q − p)|: edge length times curvature in its direction. Default 1.5.
     pub curvature_length: f64,
-    /// Smallest number of edges at a vertex. Default 3.
+    /// Smallest number of edges at a vertex. Default 3; on the boundary, one less.
     pub valence: usize,
 }
 
@@ -95,7 +95,9 @@ pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
         check(limits.smallest_corner < m.corner && m.corner < limits.largest_corner, Limit::Corner, m.corner);
         check(m.deviation < limits.facet_deviation, Limit::FacetDeviation, m.deviation);
         check(m.curvature_length < limits.curvature_length, Limit::CurvatureLength, m.curvature_length);
-        check(m.valence >= limits.valence, Limit::Valence, m.valence as f64);
+        let valence =
+            limits.valence.saturating_sub(usize::from(base.mesh.is_boundary_vertex(base.mesh.origin(h))));
+        check(m.valence >= valence, Limit::Valence, m.valence as f64);
     }
     violations
 }
