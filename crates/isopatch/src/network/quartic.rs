@@ -9,11 +9,15 @@
 //!                             • q4
 //! ```
 //!
+//! A curve in a side of the box that cuts the surface lies in that plane: its tangents are those of the plane section, and
+//! (9b) holds with the parts of N0, N1 within the plane, scaled to length 1, and the curvature k / |part of N| of the
+//! section (Meusnier). As all other vectors are in the plane too, every coordinate across it is exactly that of the side.
+//!
 //! For given (λ, μ) the best q2 is a projection onto two planes, so the fit (9) is a problem of two unknowns in a
 //! box, solved by Levenberg–Marquardt steps; three Gauss–Newton steps then trade the distance from projected
 //! samples for the distance along the normal (PAPERS.md, deviations).
 
-use crate::base::BaseMesh;
+use crate::base::{BaseMesh, BoxSide};
 use crate::bernstein::curve::basis;
 use crate::geom::{Point3, Points, Vec3};
 use crate::mesh::EdgeId;
@@ -72,6 +76,18 @@ pub enum CurveError {
     /// The tangent at one end is undefined: the chord is zero or along the normal.
     #[error("edge {edge} between vertices {from} and {to} has no tangent direction at one of its ends")]
     NoTangent {
+        /// Edge number.
+        edge: u32,
+        /// Start vertex.
+        from: u32,
+        /// End vertex.
+        to: u32,
+    },
+    /// The edge runs along an edge of the box that cuts the surface.
+    #[error(
+        "edge {edge} between vertices {from} and {to} lies along an edge of the box: the surface must not contain any of it"
+    )]
+    AlongBoxEdge {
         /// Edge number.
         edge: u32,
         /// Start vertex.
@@ -149,6 +165,7 @@ fn fit_batch(
     let ends: Vec<Ends> = edges.iter().map(|e| Ends::of(base, *e)).collect::<Result<_, _>>()?;
     let mut points: Points = ends.iter().flat_map(|e| TABLE.t.map(|t| e.q0 + t * e.chord)).collect();
     target.project(&mut points);
+    project_within_sides(target, &ends, &mut points);
 
     let mut fits: Vec<Fit> = ends
         .iter()
@@ -165,6 +182,46 @@ fn fit_batch(
         .collect()
 }
 
+/// Newton steps of samples within a side of the box, at most: from points projected in space, three or four are usual.
+const SECTION_STEPS: usize = 8;
+
+/// Puts the samples of curves in a side of the box onto the section of the target by it, from where they are.
+///
+/// A step is limited to [`TRUST`] chords: where the surface is almost parallel to the side, the section may be far.
+fn project_within_sides(target: &dyn Target, ends: &[Ends], points: &mut Points) {
+    let samples: Vec<(usize, usize, &Ends)> = ends
+        .iter()
+        .enumerate()
+        .filter_map(|(i, e)| e.across.map(|axis| (i, axis, e)))
+        .flat_map(|(i, axis, e)| (0..SAMPLES).map(move |j| (i * SAMPLES + j, axis, e)))
+        .collect();
+    let mut section: Points = samples
+        .iter()
+        .map(|(i, axis, e)| {
+            let mut p = points.get(*i);
+            p[*axis] = e.q0[*axis];
+            p
+        })
+        .collect();
+    let mut offset = vec![0.0; samples.len()];
+    let mut normal = Points::zeros(samples.len());
+    for _ in 0..SECTION_STEPS {
+        target.offsets(section.view(), &mut offset, normal.view_mut());
+        for (i, (_, axis, e)) in samples.iter().enumerate() {
+            let mut n = normal.get(i);
+            n[*axis] = 0.0;
+            let step = -offset[i] / n.norm_squared() * n;
+            let length = step.norm();
+            if length.is_finite() {
+                section.set(i, section.get(i) + step * (TRUST * e.length / length).min(1.0));
+            }
+        }
+    }
+    for (i, (place, _, _)) in samples.iter().enumerate() {
+        points.set(*place, section.get(i));
+    }
+}
+
 /// What a curve interpolates. Positions are relative to `q0`.
 struct Ends {
     q0: Point3,
@@ -176,6 +233,8 @@ struct Ends {
     t: [Vec3; 2],
     /// Normal curvatures along the tangents.
     k: [f64; 2],
+    /// The coordinate that is constant on the side of the box that the curve lies in.
+    across: Option<usize>,
 }
 
 /// The unknowns of a curve: q2 is relative to q0.
@@ -207,14 +266,28 @@ impl Ends {
         let n = [from, to].map(|v| base.normals[v.index()]);
         let m = [from, to].map(|v| base.curvatures[v.index()]);
         let length = chord.norm();
-        let mut t = [Vec3::zeros(); 2];
-        for i in 0..2 {
-            t[i] = (chord - chord.dot(&n[i]) * n[i])
-                .try_normalize(f64::EPSILON * length)
-                .ok_or(CurveError::NoTangent { edge: edge.0, from: from.0, to: to.0 })?;
-        }
+        let no_tangent = CurveError::NoTangent { edge: edge.0, from: from.0, to: to.0 };
+        let unit = |v: Vec3| v.try_normalize(f64::EPSILON * length).ok_or(no_tangent);
+        let t = [unit(base.direction(edge, from))?, -unit(base.direction(edge, to))?];
         let k = std::array::from_fn(|i| t[i].dot(&(m[i] * t[i])));
-        Ok(Self { q0, q4, chord, length, n, t, k })
+        let free = Self { q0, q4, chord, length, n, t, k, across: None };
+        let sides = base.sides_of(edge);
+        match (sides.iter().next(), sides.len()) {
+            (None, _) => Ok(free),
+            (Some(side), 1) => Ok(free.within(side)),
+            _ => Err(CurveError::AlongBoxEdge { edge: edge.0, from: from.0, to: to.0 }),
+        }
+    }
+
+    /// The data of the section by a side of the box. The tangents are not along its normal, so the parts are not zero.
+    fn within(mut self, side: BoxSide) -> Self {
+        for (n, k) in self.n.iter_mut().zip(&mut self.k) {
+            n[side.axis] = 0.0;
+            let length = n.norm();
+            *n /= length;
+            *k /= length;
+        }
+        Self { across: Some(side.axis), ..self }
     }
 
     /// Fit (9) to projected samples (relative to q0): Levenberg–Marquardt in (λ, μ), then (9b) restored exactly.
@@ -440,14 +513,19 @@ impl NormalBatch {
         let mut gradient = SVector::<f64, 5>::zeros();
         for (j, b) in TABLE.b.iter().enumerate() {
             // The derivative of the sample by (λ, μ, q2) has these columns.
-            let columns =
+            let mut columns =
                 [b[1] * ends.t[0], b[3] * ends.t[1], b[2] * Vec3::x(), b[2] * Vec3::y(), b[2] * Vec3::z()];
+            if let Some(axis) = ends.across {
+                columns[2 + axis] = Vec3::zeros();
+            }
             let n = self.normal.get(i * SAMPLES + j);
             let row = SVector::from(columns.map(|c| c.dot(&n)));
             let motion = SMatrix::<f64, 3, 5>::from_columns(&columns);
             a += row * row.transpose() + weight * motion.transpose() * motion;
             gradient += self.offset[i * SAMPLES + j] * row + weight * motion.transpose() * (motion * moved);
         }
+        // The row of a coordinate that does not move is zero but for this.
+        ends.across.iter().for_each(|axis| a[(2 + axis, 2 + axis)] = 1.0);
         let gradients = ends.constraint_gradients(fit);
         let mut kkt = SMatrix::<f64, 7, 7>::zeros();
         kkt.fixed_view_mut::<5, 5>(0, 0).copy_from(&a);
