@@ -1,6 +1,5 @@
 //! Surfaces cut by a box, for tests.
 
-use super::build::describe;
 use super::test_fields::field;
 use super::*;
 use crate::field::Formula;
@@ -11,14 +10,12 @@ pub struct Cut {
     pub name: &'static str,
     pub field: Formula,
     pub bounds: Aabb,
-    /// Cells of the seed grid along the longest side.
-    pub cells: usize,
     /// A number of faces that suffices.
     pub least: usize,
 }
 
-fn cut(name: &'static str, text: &str, min: [f64; 3], max: [f64; 3], cells: usize, least: usize) -> Cut {
-    Cut { name, field: field(text), bounds: Aabb::new(min.into(), max.into()), cells, least }
+fn cut(name: &'static str, text: &str, min: [f64; 3], max: [f64; 3], least: usize) -> Cut {
+    Cut { name, field: field(text), bounds: Aabb::new(min.into(), max.into()), least }
 }
 
 pub const GYROID: &str = "sin(x)cos(y)+sin(y)cos(z)+sin(z)cos(x)";
@@ -26,37 +23,25 @@ pub const SCHWARZ_P: &str = "cos(x)+cos(y)+cos(z)";
 
 pub fn gyroid() -> Cut {
     let r = 0.9 * std::f64::consts::PI;
-    cut("gyroid", GYROID, [-r; 3], [r; 3], 24, 300)
+    cut("gyroid", GYROID, [-r; 3], [r; 3], 300)
 }
 
 pub fn cuts() -> Vec<Cut> {
     let r = 0.9 * std::f64::consts::PI;
     vec![
         gyroid(),
-        cut("Schwarz P", SCHWARZ_P, [-r; 3], [r; 3], 24, 300),
-        cut("Schwarz P, two periods", SCHWARZ_P, [-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 36, 2000),
-        cut("Scherk", "sin(z)-sinh(x)sinh(y)", [-2.0, -2.0, -4.0], [2.0, 2.0, 4.0], 40, 300),
-        cut("upright plane", "x-0.1", [-1.0; 3], [1.0; 3], 11, 20),
-        cut("oblique plane", "x+2y+3z-0.05", [-1.0; 3], [1.0; 3], 15, 20),
-        cut("paraboloid", "z-x^2-y^2", [-1.0, -1.0, -0.25], [1.0, 1.0, 1.0], 24, 80),
-        cut("cylinder", "x^2+y^2-1", [-1.5, -1.5, -1.0], [1.5, 1.5, 1.0], 24, 60),
+        cut("Schwarz P", SCHWARZ_P, [-r; 3], [r; 3], 300),
+        cut("Schwarz P, two periods", SCHWARZ_P, [-6.0, -6.0, -6.0], [6.0, 6.0, 6.0], 2000),
+        cut("Scherk", "sin(z)-sinh(x)sinh(y)", [-2.0, -2.0, -4.0], [2.0, 2.0, 4.0], 300),
+        cut("upright plane", "x-0.1", [-1.0; 3], [1.0; 3], 20),
+        cut("oblique plane", "x+2y+3z-0.05", [-1.0; 3], [1.0; 3], 20),
+        cut("paraboloid", "z-x^2-y^2", [-1.0, -1.0, -0.25], [1.0, 1.0, 1.0], 80),
+        cut("cylinder", "x^2+y^2-1", [-1.5, -1.5, -1.0], [1.5, 1.5, 1.0], 60),
         // A sphere inside, and one that the box cuts.
-        cut("two spheres", "((x-1)^2+y^2+z^2-0.5)((x+1)^2+y^2+z^2-0.5)", [-1.0; 3], [2.0, 1.0, 1.0], 36, 200),
+        cut("two spheres", "((x-1)^2+y^2+z^2-0.5)((x+1)^2+y^2+z^2-0.5)", [-1.0; 3], [2.0, 1.0, 1.0], 200),
     ]
 }
 
-/// Marching cubes on a grid whose outermost nodes are in the sides of the box.
 pub fn seed_of(cut: &Cut) -> Seed {
-    let samples = sample(&cut.field, &Grid::covering(&cut.bounds, cut.cells));
-    let step = samples.grid.step;
-    let mut mesh = polygonize(&samples).unwrap();
-    let bounds = cut.bounds;
-    let sides: Vec<BoxSides> = mesh
-        .positions
-        .iter()
-        .map(|p| BoxSide::all().filter(|s| (p[s.axis] - s.position(&bounds)).abs() < 1e-9).collect())
-        .collect();
-    mesh.positions.iter_mut().zip(&sides).for_each(|(p, s)| *p = s.snap(*p, &bounds));
-    mesh.clip = Some(Clip { bounds, sides });
-    describe(&cut.field, mesh, false, step)
+    seed_mesh(&cut.field, &cut.bounds, None, &SeedOptions::default()).unwrap()
 }
