@@ -61,7 +61,7 @@ fn base_mesh(golden: &Value) -> BaseMesh {
     let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces).unwrap();
     let features = vec![EdgeFeature::Smooth; mesh.edge_count()];
     let curvatures = golden["curvature_tensor_M"].as_array().unwrap().iter().map(matrix).collect();
-    BaseMesh { mesh, positions, normals: points(&golden["normals"]), curvatures, features }
+    BaseMesh { mesh, positions, normals: points(&golden["normals"]), curvatures, features, clip: None }
 }
 
 fn build(golden: &Value, target: &Implicit) -> (Vec<[Point3; 5]>, TriangularSpline) {
