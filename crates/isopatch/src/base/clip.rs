@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::geom::{Aabb, Point3};
+use crate::geom::{Aabb, Point3, Vec3};
 
 /// A side of a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +80,19 @@ impl BoxSides {
         Self(self.0 & other.0)
     }
 
+    /// The sum of the unit vectors across them.
+    pub fn across(self) -> Vec3 {
+        let mut across = Vec3::zeros();
+        self.iter().for_each(|s| across[s.axis] += if s.upper { 1.0 } else { -1.0 });
+        across
+    }
+
+    /// The part of a vector that is parallel to all of them.
+    pub fn within(self, mut v: Vec3) -> Vec3 {
+        self.iter().for_each(|s| v[s.axis] = 0.0);
+        v
+    }
+
     /// Which coordinates are fixed.
     pub fn fixed_axes(self) -> [bool; 3] {
         std::array::from_fn(|axis| self.0 >> (2 * axis) & 3 != 0)
@@ -105,6 +118,16 @@ pub struct Clip {
     pub bounds: Aabb,
     /// For each vertex, the sides it lies in; none for a vertex inside.
     pub sides: Vec<BoxSides>,
+}
+
+impl Clip {
+    /// Is the point, which belongs to a vertex with these sides, in none of the others, and inside the box?
+    pub(super) fn holds(&self, sides: BoxSides, p: &Point3) -> bool {
+        BoxSide::all().filter(|s| !sides.contains(*s)).all(|s| {
+            let position = s.position(&self.bounds);
+            if s.upper { p[s.axis] < position } else { p[s.axis] > position }
+        })
+    }
 }
 
 #[cfg(test)]

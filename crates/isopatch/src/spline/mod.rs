@@ -4,9 +4,9 @@
 //! ([`fit`]), twist points by the [`vertex`] systems, inner rows by the [`edge`] systems, free points last.
 
 mod build;
-mod relax;
 pub mod edge;
 pub mod fit;
+mod relaxation;
 mod surface;
 pub mod vertex;
 
