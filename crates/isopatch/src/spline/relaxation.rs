@@ -364,3 +364,57 @@ fn move_net(net: &mut Net, sides: &Sides, local: Option<&Local>, steps: &[Step])
         net[*p] -= step;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spline::edge::EdgeSystem;
+
+    /// The edge system leaves rows alone that satisfy it.
+    #[test]
+    fn moved_rows_still_satisfy_the_edge_system() {
+        let point = |i: usize| {
+            let x = i as f64;
+            Vec3::new(0.3 * x + (2.3 * x).sin(), (1.7 * x).cos(), 0.2 * (0.9 * x * x).sin())
+        };
+        let lambda = [0.37, 0.61];
+        let mut system = EdgeSystem {
+            q: std::array::from_fn(point),
+            p: std::array::from_fn(|i| point(i + 10)),
+            r: std::array::from_fn(|i| point(i + 20)),
+            lambda,
+            mu: [-0.2, 0.4, 0.7, 1.1],
+            nu: 0.3,
+        };
+        let solved = system.solve().unwrap();
+        let vectors = [point(40), point(41)];
+        let moved = |row: [Point3; 3], moves: &RowMoves| -> [Point3; 3] {
+            std::array::from_fn(|i| row[i] + moves[i][0] * vectors[0] + moves[i][1] * vectors[1])
+        };
+        let [p, r] = row_moves(lambda);
+        let (p, r) = (moved(solved.p, &p), moved(solved.r, &r));
+        system.p[2..5].copy_from_slice(&p);
+        system.r[2..5].copy_from_slice(&r);
+        let again = system.solve().unwrap();
+        for i in 0..3 {
+            assert!((again.p[i] - p[i]).norm() < 1e-13 && (again.r[i] - r[i]).norm() < 1e-13, "{i}");
+            assert!((p[i] - solved.p[i]).norm() > 0.1, "the rows must have moved");
+        }
+    }
+
+    #[test]
+    fn packed_products_are_those_of_the_matrix() {
+        let entry = |r: usize, c: usize| ((r * c + r + c) as f64).sin();
+        let mut at = (0..SIDES).flat_map(|r| (0..=r).map(move |c| (r, c)));
+        let local = Local {
+            matrix: std::array::from_fn(|_| at.next().map_or(0.0, |(r, c)| entry(r, c) as f32)),
+            right: SVector::zeros(),
+            coupling: [[0.0; SIDES]; INNER],
+            step: SVector::zeros(),
+        };
+        let x = SVector::<f64, SIDES>::from_fn(|i, _| (i as f64).cos());
+        let full = SMatrix::<f64, SIDES, SIDES>::from_fn(entry);
+        assert!((local.times(&x) - full * x).amax() < 1e-5);
+        assert!((0..SIDES).all(|i| (local.at(i, 3) - full[(i, 3)]).abs() < 1e-6));
+    }
+}
