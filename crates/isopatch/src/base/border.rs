@@ -35,18 +35,23 @@ impl Merge {
     }
 }
 
-/// Would an edge inside join two vertices of one side once the ends of `h` are merged?
+/// Would an edge inside join two vertices of one side once the ends of `h` are merged, or an edge of the border two of the
+/// same edge of the box?
 pub(super) fn collapse_bridges(mesh: &Connectivity, sides: &[BoxSides], h: u32) -> bool {
     let ends = [mesh.origin(h), mesh.dest(h)];
     let merged = larger(ends.map(|v| sides[v as usize]));
     if merged.is_empty() {
         return false;
     }
-    let on_border = |v: u32, end: u32| mesh.boundary_neighbours(v).is_some_and(|both| both.contains(&end));
-    ends.iter()
-        .flat_map(|end| mesh.neighbours(*end))
-        .filter(|v| !ends.contains(v) && !sides[*v as usize].common(merged).is_empty())
-        .any(|v| !ends.iter().any(|end| on_border(v, *end)))
+    let on_border =
+        |v: u32| mesh.boundary_neighbours(v).is_some_and(|both| ends.iter().any(|end| both.contains(end)));
+    ends.iter().flat_map(|end| mesh.neighbours(*end)).filter(|v| !ends.contains(v)).any(|v| {
+        match sides[v as usize].common(merged).len() {
+            0 => false,
+            1 => !on_border(v),
+            _ => true,
+        }
+    })
 }
 
 /// Would the edge between the apexes join two vertices of one side?

@@ -50,6 +50,16 @@ impl BoxSides {
         BoxSide::all().filter(|s| p[s.axis] == s.position(bounds)).collect()
     }
 
+    /// One bit a side, in the order of [`BoxSide::all`].
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The sides with these bits; none if there are more bits than sides.
+    pub fn from_bits(bits: u8) -> Option<Self> {
+        (bits >> 6 == 0).then_some(Self(bits))
+    }
+
     /// The sides in it.
     pub fn iter(self) -> impl Iterator<Item = BoxSide> {
         BoxSide::all().filter(move |s| self.0 & Self::bit(*s) != 0)
@@ -120,13 +130,13 @@ pub struct Clip {
     pub sides: Vec<BoxSides>,
 }
 
+/// A point may be outside the box by this share of its diagonal, as where the surface touches a side of the box.
+const ROUNDING: f64 = 1e-12;
+
 impl Clip {
-    /// Is the point, which belongs to a vertex with these sides, in none of the others, and inside the box?
-    pub(super) fn holds(&self, sides: BoxSides, p: &Point3) -> bool {
-        BoxSide::all().filter(|s| !sides.contains(*s)).all(|s| {
-            let position = s.position(&self.bounds);
-            if s.upper { p[s.axis] < position } else { p[s.axis] > position }
-        })
+    /// Is the point in the box, but for rounding?
+    pub(super) fn holds(&self, p: &Point3) -> bool {
+        self.bounds.grown(ROUNDING * self.bounds.diagonal()).contains(p)
     }
 }
 

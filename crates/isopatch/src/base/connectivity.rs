@@ -159,6 +159,11 @@ impl Connectivity {
         Some([self.apex(last), self.dest(self.outgoing[v as usize])])
     }
 
+    /// The half edge of the boundary that leaves a vertex.
+    pub fn boundary_from(&self, v: u32) -> Option<u32> {
+        Some(self.outgoing[v as usize]).filter(|h| self.is_boundary(*h))
+    }
+
     /// Number of edges at a vertex.
     pub fn valence(&self, v: u32) -> usize {
         self.neighbours(v).count()

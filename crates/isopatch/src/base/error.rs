@@ -84,6 +84,12 @@ pub enum BaseError {
         /// Their longest edge.
         size: f64,
     },
+    /// A part of the surface meets the box only at one of its corners.
+    #[error("the surface touches the corner {} of the box: move a side of the box a little", show(.at))]
+    TouchesCorner {
+        /// The corner.
+        at: Point3,
+    },
     /// No box could be found that holds the whole surface.
     #[error("the surface is unbounded, or could not be shown to be bounded: give a box")]
     Unbounded,

@@ -19,6 +19,7 @@ mod build;
 mod certificate;
 mod clip;
 mod connectivity;
+mod corners;
 mod cover;
 mod decimate;
 mod error;

@@ -35,7 +35,7 @@ pub fn cuts() -> Vec<Cut> {
         cut("Scherk", "sin(z)-sinh(x)sinh(y)", [-2.0, -2.0, -4.0], [2.0, 2.0, 4.0], 300),
         cut("upright plane", "x-0.1", [-1.0; 3], [1.0; 3], 20),
         cut("oblique plane", "x+2y+3z-0.05", [-1.0; 3], [1.0; 3], 20),
-        cut("paraboloid", "z-x^2-y^2", [-1.0, -1.0, -0.25], [1.0, 1.0, 1.0], 80),
+        cut("paraboloid", "z-x^2-y^2", [-1.0, -1.0, -0.25], [1.0, 1.0, 0.9], 80),
         cut("cylinder", "x^2+y^2-1", [-1.5, -1.5, -1.0], [1.5, 1.5, 1.0], 60),
         // A sphere inside, and one that the box cuts.
         cut("two spheres", "((x-1)^2+y^2+z^2-0.5)((x+1)^2+y^2+z^2-0.5)", [-1.0; 3], [2.0, 1.0, 1.0], 200),

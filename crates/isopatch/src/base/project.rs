@@ -101,6 +101,8 @@ fn project_chunk(
 ) -> Projection {
     let n = out.x.len();
     let mut walkers: Vec<Walker> = (0..n)
+        // A corner of the box cannot move.
+        .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
         .map(|i| {
             let best = Point3::new(out.x[i], out.y[i], out.z[i]);
             Walker { point: i, best, residual: f64::INFINITY, newton: f64::INFINITY, step: Vec3::zeros() }

@@ -177,7 +177,7 @@ impl Remesher<'_> {
         }
         if let Some(clip) = &self.clip {
             for ((x, sides), fallback) in self.x.iter_mut().zip(&clip.sides).zip(fallback) {
-                if !clip.holds(*sides, x) {
+                if !clip.holds(x) {
                     *x = sides.snap(*fallback, &clip.bounds);
                 }
             }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::bounds::{clipped_sides, side_beyond, tighten};
 use super::clip::BoxSide;
 use super::connectivity::Connectivity;
+use super::corners::gather_at_corners;
 use super::error::BaseError;
 use super::polygonize::{Polygonization, PolygonizeOptions, polygonize};
 use super::project::{ProjectOptions, project_positions};
@@ -101,7 +102,8 @@ pub fn seed_mesh(
     {
         return Err(BaseError::SurfaceLeavesBox { side, at: made.mesh.positions[v] });
     }
-    let seed = describe(field, made);
+    let mesh = gather_at_corners(field, made.mesh)?;
+    let seed = describe(field, Polygonization { mesh, ..made });
     if !seed.certified {
         if let Some(at) = find_singular(field, &seed.mesh.positions, seed.step)
             && side_beyond(bounds, &at).is_none()
