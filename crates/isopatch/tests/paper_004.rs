@@ -189,6 +189,8 @@ fn figures(name: &str, model: &Model) {
     assert_eq!((found.topology.boundary_loops, seams.boundary), (0, 0));
     assert_eq!((deviation.over_limit, deviation.folded), (0, 0));
 
+    assert_eq!(found.intersections.as_ref().map(|i| i.count), Some(0));
+
     let as_good_as = |row: &&Row| {
         deviation.max_first_order <= MAX_FACTOR * row.max
             && deviation.rms_first_order <= RMS_FACTOR * row.rms
