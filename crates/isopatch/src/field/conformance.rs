@@ -1,7 +1,7 @@
 //! What every [`Field`] must satisfy, checked on samples.
 
 use super::Field;
-use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::geom::{Aabb, Jets, Point3, Points, Vec3};
 
 /// A fixed sequence of numbers in [0, 1), the same at every run: a linear congruential generator (Knuth, MMIX).
 pub(crate) struct Sequence(u64);
@@ -52,11 +52,17 @@ fn check_batches(field: &dyn Field, points: &Points) {
         let mut gradient = Points::zeros(length);
         field.values(view, &mut f);
         field.gradients(view, &mut g, gradient.view_mut());
+        let mut jets = Jets::zeros(length);
+        field.jets(view, &mut jets);
         for i in 0..length {
             let (value, at_point) = field.gradient(view.get(i));
             assert_eq!(f[i].to_bits(), field.value(view.get(i)).to_bits(), "value in a batch");
             assert_eq!(g[i].to_bits(), value.to_bits(), "value with gradient in a batch");
             assert_eq!(gradient.get(i).map(f64::to_bits), at_point.map(f64::to_bits), "gradient in a batch");
+            let (jet, at_point) = (jets.get(i), field.jet(view.get(i)));
+            assert_eq!(jet.value.to_bits(), at_point.value.to_bits(), "value of the jet in a batch");
+            assert_eq!(jet.gradient.map(f64::to_bits), at_point.gradient.map(f64::to_bits), "in a batch");
+            assert_eq!(jet.hessian.map(f64::to_bits), at_point.hessian.map(f64::to_bits), "in a batch");
         }
     }
 }

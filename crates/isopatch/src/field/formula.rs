@@ -12,7 +12,7 @@ use super::parse::parse;
 use super::polynomial::Polynomial;
 use super::tape::{Tape, cell_inputs};
 use super::token::{Span, tokenize};
-use crate::geom::{Aabb, Interval, Jet, Mat3, Point3, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Interval, Jet, Jets, Mat3, Point3, Points, PointsMut, PointsView, Vec3};
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -202,5 +202,10 @@ impl Field for Formula {
 
     fn gradients(&self, points: PointsView<'_>, f: &mut [f64], gradient: PointsMut<'_>) {
         self.gradient_tape().evaluate_batch(points, [f, gradient.x, gradient.y, gradient.z]);
+    }
+
+    fn jets(&self, points: PointsView<'_>, jets: &mut Jets) {
+        let Jets { value, gradient: Points { x, y, z }, hessian: [xx, xy, xz, yy, yz, zz] } = jets;
+        self.jet_tape().evaluate_batch(points, [value, x, y, z, xx, xy, xz, yy, yz, zz]);
     }
 }

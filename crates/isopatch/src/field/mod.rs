@@ -31,7 +31,7 @@ pub use formula::Formula;
 pub use polynomial::{Exponents, Polynomial};
 pub use token::Span;
 
-use crate::geom::{Aabb, Interval, Jet, Point3, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Interval, Jet, Jets, Point3, PointsMut, PointsView, Vec3};
 
 /// A scalar function f(x, y, z); its surface is f = 0, inside is f < 0, and ∇f points out.
 ///
@@ -69,6 +69,13 @@ pub trait Field: Send + Sync {
             let (value, g) = self.gradient(points.get(i));
             *f = value;
             (gradient.x[i], gradient.y[i], gradient.z[i]) = (g.x, g.y, g.z);
+        }
+    }
+
+    /// f, ∇f and ∇²f at every point; as many jets as points.
+    fn jets(&self, points: PointsView<'_>, jets: &mut Jets) {
+        for i in 0..points.len() {
+            jets.set(i, &self.jet(points.get(i)));
         }
     }
 }

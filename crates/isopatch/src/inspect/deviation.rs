@@ -6,7 +6,7 @@ use super::samples::{PatchSamples, SampleSet};
 use super::seams::normal_jump;
 use crate::bernstein::triangle;
 use crate::field::Field;
-use crate::geom::Points;
+use crate::geom::{Points, Vec3};
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -123,22 +123,53 @@ fn measure(
     let patch = |range: Range<usize>| {
         let mut patch =
             PatchDeviation { max_distance: 0.0, max_first_order: 0.0, max_normal_error: 0.0, folded: false };
+        let mut widest = Widest::default();
         for i in range {
             let (normal, g) = (samples.du.get(i).cross(&samples.dv.get(i)), gradient.get(i));
             let first_order = or_infinite(f[i].abs() / g.norm()) / diagonal;
             let distance = distances[i] / diagonal;
             patch.max_distance = patch.max_distance.max(distance);
             patch.max_first_order = patch.max_first_order.max(first_order);
-            patch.max_normal_error = patch.max_normal_error.max(normal_jump(&normal, &g));
-            let cosine = normal.dot(&g);
-            patch.folded |= cosine <= 0.0 || cosine.is_nan();
+            patch.folded |= !widest.add(normal, g);
             let area = normal.norm();
             squares.area += area;
             squares.distance += area * distance * distance;
             squares.first_order += area * first_order * first_order;
         }
+        patch.max_normal_error = widest.angle();
         patch
     };
     let patches = (0..n / count).map(|i| i * count..(i + 1) * count).map(patch).collect();
     (patches, squares)
+}
+
+/// The widest angle between two normals, found by its tangent: an arc tangent a sample would take as long as the field.
+#[derive(Default)]
+struct Widest {
+    /// Square of the largest tangent of an acute angle, and the normals that have it.
+    tangent: f64,
+    normals: Option<[Vec3; 2]>,
+    /// The largest of the other angles.
+    obtuse: f64,
+}
+
+impl Widest {
+    /// Takes the angle between two normals of any length; is it acute?
+    fn add(&mut self, a: Vec3, b: Vec3) -> bool {
+        let cosine = a.dot(&b);
+        let tangent = a.cross(&b).norm_squared() / (cosine * cosine);
+        // Neither if a number is not finite, or over- or underflows.
+        if !(cosine > 0.0 && tangent.is_finite()) {
+            self.obtuse = self.obtuse.max(normal_jump(&a, &b));
+            return cosine > 0.0;
+        }
+        if tangent > self.tangent {
+            (self.tangent, self.normals) = (tangent, Some([a, b]));
+        }
+        true
+    }
+
+    fn angle(&self) -> f64 {
+        self.normals.map_or(0.0, |[a, b]| normal_jump(&a, &b)).max(self.obtuse)
+    }
 }

@@ -70,10 +70,15 @@ fn apart(a: &Corners, b: &Corners) -> bool {
 
 /// Triangles with a common corner, their first: does the side opposite to it meet the other triangle?
 fn at_corner(a: Corners, b: Corners) -> bool {
-    let meets = |t: &Corners, s: &Corners| {
-        segment_meets(t, [&s[1], &s[2]], [side_of_plane(t, &s[1]), side_of_plane(t, &s[2])])
-    };
-    meets(&a, &b) || meets(&b, &a)
+    let sides = [side_of_plane(&a, &b[1]), side_of_plane(&a, &b[2])];
+    if on_one_side(&sides) {
+        return false;
+    }
+    let others = [side_of_plane(&b, &a[1]), side_of_plane(&b, &a[2])];
+    if on_one_side(&others) {
+        return false;
+    }
+    segment_meets(&a, [&b[1], &b[2]], sides) || segment_meets(&b, [&a[1], &a[2]], others)
 }
 
 /// Triangles with a common side lie on each other if they are in one plane and on the same side of it; `a` starts with
@@ -86,8 +91,9 @@ fn folded(a: Corners, p: &Point3) -> bool {
         })
 }
 
-fn on_one_side(sides: &[Side; 3]) -> bool {
-    sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2]
+/// All strictly on the same side?
+fn on_one_side(sides: &[Side]) -> bool {
+    sides[0] != 0 && sides.iter().all(|s| *s == sides[0])
 }
 
 /// Does a segment meet a closed triangle? `sides` are those of its ends, seen from the triangle's plane.
