@@ -20,7 +20,7 @@ fn found_in(name: &str) -> Option<MeshIntersections> {
 }
 
 /// Triangles of cgal_eight.
-const ONE_COPY: u32 = 768;
+const ONE_COPY: u32 = 634;
 
 #[test]
 fn meshes_from_files() {

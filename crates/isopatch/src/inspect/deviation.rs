@@ -3,10 +3,10 @@
 use super::foot;
 use super::or_infinite;
 use super::samples::{PatchSamples, SampleSet};
-use super::seams::normal_jump;
+use super::seams::Widest;
 use crate::bernstein::triangle;
 use crate::field::Field;
-use crate::geom::{Points, Vec3};
+use crate::geom::Points;
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -141,35 +141,4 @@ fn measure(
     };
     let patches = (0..n / count).map(|i| i * count..(i + 1) * count).map(patch).collect();
     (patches, squares)
-}
-
-/// The widest angle between two normals, found by its tangent: an arc tangent a sample would take as long as the field.
-#[derive(Default)]
-struct Widest {
-    /// Square of the largest tangent of an acute angle, and the normals that have it.
-    tangent: f64,
-    normals: Option<[Vec3; 2]>,
-    /// The largest of the other angles.
-    obtuse: f64,
-}
-
-impl Widest {
-    /// Takes the angle between two normals of any length; is it acute?
-    fn add(&mut self, a: Vec3, b: Vec3) -> bool {
-        let cosine = a.dot(&b);
-        let tangent = a.cross(&b).norm_squared() / (cosine * cosine);
-        // Neither if a number is not finite, or over- or underflows.
-        if !(cosine > 0.0 && tangent.is_finite()) {
-            self.obtuse = self.obtuse.max(normal_jump(&a, &b));
-            return cosine > 0.0;
-        }
-        if tangent > self.tangent {
-            (self.tangent, self.normals) = (tangent, Some([a, b]));
-        }
-        true
-    }
-
-    fn angle(&self) -> f64 {
-        self.normals.map_or(0.0, |[a, b]| normal_jump(&a, &b)).max(self.obtuse)
-    }
 }
