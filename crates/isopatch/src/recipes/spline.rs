@@ -209,7 +209,8 @@ fn attempt(
     let first = stages.run("base mesh", || work.first_mesh(faces))?;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     let made = work.surface(&mesh, &mut stages);
-    let mut wish = work.wish(&made, &mesh, 0);
+    let mut search = CountSearch::default();
+    let mut wish = work.wish(&made, &mesh, 0, &mut search);
     let mut kept = made;
     for round in 1..=recipe.rounds {
         let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
@@ -225,10 +226,10 @@ fn attempt(
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
         let made = work.surface(&mesh, &mut stages);
-        wish = work.wish(&made, &mesh, round);
+        wish = work.wish(&made, &mesh, round, &mut search);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
-            (Ok(made), Ok(best)) => Ok(made.better_of(best)),
+            (Ok(made), Ok(best)) => Ok(work.better_of(made, best)),
             (Err(_), Ok(best)) => Ok(best),
             (made, Err(_)) => made,
         };
@@ -349,26 +350,28 @@ impl Work<'_> {
     }
 
     /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
-    fn wish(&self, made: &Result<Round, RecipeError>, mesh: &BaseMesh, round: usize) -> Option<Wish> {
+    fn wish(
+        &self,
+        made: &Result<Round, RecipeError>,
+        mesh: &BaseMesh,
+        round: usize,
+        search: &mut CountSearch,
+    ) -> Option<Wish> {
         match made {
-            Ok(made) => self.wish_after(made, round),
+            Ok(made) => self.wish_after(made, round, search),
             Err(error) => self.wish_after_failure(error, mesh),
         }
     }
 
     /// The mesh to try next; none if the surface will do.
-    fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
+    fn wish_after(&self, made: &Round, round: usize, search: &mut CountSearch) -> Option<Wish> {
         let (base, patches) = (&made.surface.base, &made.deviation.patches);
         let bad = patches.iter().any(is_bad);
         let mut wish = match self.recipe.size {
             Size::Tolerance(tolerance) => {
-                if !bad && made.keeps(tolerance) {
-                    return None;
-                }
                 let mut wish = lengths_for_error(base, patches, AIM * tolerance);
-                // A mesh that misses the tolerance gets no fewer faces, and the more of them the longer it misses.
-                let least = (GROWTH.powi(round as i32) * base.mesh.face_count() as f64) as usize;
-                wish.faces = wish.faces.max(least + least % 2);
+                let good = !bad && made.keeps(tolerance);
+                wish.faces = search.next(base.mesh.face_count(), good, wish.faces, round)?;
                 wish
             }
             Size::Automatic | Size::Faces(_) => {
@@ -386,6 +389,20 @@ impl Work<'_> {
             wish.faces = base.mesh.face_count();
         }
         Some(wish)
+    }
+
+    /// The better one: fewer bad patches, then within the tolerance, then fewer faces; or else a smaller error.
+    fn better_of(&self, made: Round, best: Round) -> Round {
+        let score = |r: &Round| {
+            let error = r.deviation.max_distance.max(r.back.min(f64::MAX));
+            match self.recipe.size {
+                Size::Tolerance(tolerance) if r.keeps(tolerance) => {
+                    (r.bad_patches(), 0.0, r.surface.nets.len() as f64)
+                }
+                _ => (r.bad_patches(), error, 0.0),
+            }
+        };
+        if score(&best) < score(&made) { best } else { made }
     }
 
     /// Shorter edges where a curve or a system has no solution.
@@ -407,6 +424,46 @@ impl Work<'_> {
     }
 }
 
+/// The smallest count of faces that kept the tolerance so far, and the largest below it that did not.
+#[derive(Clone, Copy, Debug, Default)]
+struct CountSearch {
+    kept: Option<usize>,
+    missed: Option<usize>,
+}
+
+impl CountSearch {
+    /// The count to try after one of `faces` that is `good` or not; none if it would bring little.
+    fn next(&mut self, faces: usize, good: bool, predicted: usize, round: usize) -> Option<usize> {
+        if good {
+            self.kept = Some(self.kept.map_or(faces, |k| k.min(faces)));
+        } else if self.kept.is_none_or(|kept| faces < kept) {
+            self.missed = Some(self.missed.map_or(faces, |m| m.max(faces)));
+        }
+        let even = |n: f64| 2 * (0.5 * n).round() as usize;
+        let missed = self.missed.filter(|m| self.kept.is_none_or(|k| *m < k));
+        match (self.kept, missed) {
+            (Some(kept), None) => {
+                let count = even((predicted as f64).max(LARGEST_DROP * kept as f64));
+                (count as f64 <= WORTH * kept as f64).then_some(count)
+            }
+            (Some(kept), Some(missed)) => {
+                let middle = even((kept as f64 * missed as f64).sqrt());
+                (middle as f64 <= WORTH * kept as f64 && middle > missed).then_some(middle)
+            }
+            (None, _) => {
+                // A mesh that misses the tolerance gets no fewer faces, and the more of them the longer it misses.
+                let least = even(GROWTH.powi(round as i32) * faces as f64 + 1.0);
+                Some(predicted.max(least))
+            }
+        }
+    }
+}
+
+/// Fewest faces that are tried after a mesh that keeps the tolerance, as a share of its faces.
+const LARGEST_DROP: f64 = 0.65;
+/// A smaller mesh is tried if it saves this much.
+const WORTH: f64 = 0.97;
+
 impl Round {
     /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
     fn keeps(&self, tolerance: f64) -> bool {
@@ -415,14 +472,6 @@ impl Round {
 
     fn bad_patches(&self) -> usize {
         self.deviation.patches.iter().filter(|p| is_bad(p)).count()
-    }
-
-    /// This one, unless the other has fewer bad patches, or as many and a smaller error.
-    fn better_of(self, other: Self) -> Self {
-        let score = |r: &Self| (r.bad_patches(), r.deviation.max_distance.max(r.back.min(f64::MAX)));
-        let (mine, others) = (score(&self), score(&other));
-        let worse = others.0 < mine.0 || (others.0 == mine.0 && others.1 < mine.1);
-        if worse { other } else { self }
     }
 
     fn require_no_folds(&self) -> Result<(), RecipeError> {
