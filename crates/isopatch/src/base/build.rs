@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::base_mesh::BaseMesh;
+use super::base_mesh::{BaseMesh, EdgeFeature};
 use super::bounds::{side_beyond, tighten};
 use super::connectivity::Connectivity;
 use super::decimate::decimate;
@@ -16,7 +16,7 @@ use super::sizing::automatic_count;
 use super::triangle_mesh::TriangleMesh;
 use super::validity::{Limit, ValidityLimits, Violation, validity};
 use crate::field::Field;
-use crate::geom::{Aabb, Vec3};
+use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
 /// Settings of [`build`].
@@ -357,6 +357,22 @@ pub fn finish(
     }
     let connectivity = HalfEdgeMesh::from_faces(mesh.positions.len(), &mesh.faces)?;
     Ok(BaseMesh::from_field(field, connectivity, mesh.positions))
+}
+
+/// The base mesh of faces whose vertices are known.
+pub(super) fn base_of(
+    faces: &[[u32; 3]],
+    positions: Vec<Point3>,
+    normals: Vec<Vec3>,
+    curvatures: Vec<Mat3>,
+) -> Result<BaseMesh, BaseError> {
+    let mesh = HalfEdgeMesh::from_faces(positions.len(), faces)?;
+    let feature = |e| match mesh.twin(mesh.edge_half_edge(e)) {
+        Some(_) => EdgeFeature::Smooth,
+        None => EdgeFeature::Boundary,
+    };
+    let features = mesh.edges().map(feature).collect();
+    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip: None })
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.

@@ -9,14 +9,16 @@
 use super::differentiable::{Defect, explain, find_defect};
 use super::least::least_that_works;
 use super::refine::{Wish, is_bad, lengths_for_error, median_error, shorter_at};
-use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, FieldTarget, Repair};
+use super::finish::Finisher;
+use super::patchwork::{MakeError, Patchwork, Workshop};
+use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, Repair};
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
-use crate::inspect::{Deviation, coverage, deviation, extent};
+use crate::inspect::{NORMAL_ERROR_LIMIT, PatchDeviation, coverage, extent};
 use crate::io::read::PolygonMesh;
-use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+use crate::network::{CurveError, CurveOptions, QuarticCurve};
 use crate::report::{Seconds, SplineReport};
-use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
+use crate::spline::{SplineError, SplineOptions, TriangularSpline};
 
 /// How many patches a surface gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -133,9 +135,18 @@ const SHARP: f64 = 0.3;
 const AIM: f64 = 0.45;
 /// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
 const MARGIN: f64 = 0.95;
-/// In round r a mesh that misses the tolerance grows at least by the r-th power of this factor: the first round only
-/// evens out the errors, and no count is out of reach.
-const GROWTH: f64 = 1.06;
+/// Times that the whole mesh is remade for a tolerance.
+const GLOBAL_ROUNDS: usize = 3;
+/// Fewest faces that are tried in the next round, as a share of the present ones.
+const LARGEST_DROP: f64 = 0.6;
+/// Share of failing patches that is left to local changes.
+const FEW: f64 = 0.03;
+/// A count that changes by less than this is as it should be.
+const CLOSE: f64 = 0.1;
+/// Faces that local changes add for each failing patch.
+const FACES_A_FAILURE: usize = 3;
+/// Patches that may be built for local changes.
+const BUDGET: usize = 60_000;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -209,8 +220,7 @@ fn attempt(
     let first = stages.run("base mesh", || work.first_mesh(faces))?;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     let made = work.surface(&mesh, &mut stages);
-    let mut search = CountSearch::default();
-    let mut wish = work.wish(&made, &mesh, 0, &mut search);
+    let mut wish = work.wish(&made, &mesh, 0);
     let mut kept = made;
     for round in 1..=recipe.rounds {
         let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
@@ -226,7 +236,7 @@ fn attempt(
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
         let made = work.surface(&mesh, &mut stages);
-        wish = work.wish(&made, &mesh, round, &mut search);
+        wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
             (Ok(made), Ok(best)) => Ok(work.better_of(made, best)),
@@ -234,24 +244,39 @@ fn attempt(
             (made, Err(_)) => made,
         };
     }
-    let kept = kept?;
+    let mut kept = kept?;
+    if let (Size::Tolerance(tolerance), None) = (recipe.size, &recipe.given) {
+        kept = stages.run("finishing", || work.finish(kept, tolerance))?;
+    }
     kept.require_no_folds()?;
+    let surface = kept.work.surface();
     let reached = match recipe.size {
-        Size::Tolerance(tolerance) => kept.keeps(tolerance),
+        Size::Tolerance(tolerance) => stages.run("check", || work.keeps(&kept, &surface, tolerance)),
         Size::Automatic | Size::Faces(_) => true,
     };
+    let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
     Ok(Fitted {
-        surface: kept.surface,
+        surface,
         formula,
         negated,
         bounds,
         reached,
-        figures: kept.figures,
+        figures,
         repairs,
         seconds,
     })
+}
+
+impl From<MakeError> for RecipeError {
+    fn from(error: MakeError) -> Self {
+        match error {
+            MakeError::Base(error) => error.into(),
+            MakeError::Curve(error) => error.into(),
+            MakeError::Spline(error) => error.into(),
+        }
+    }
 }
 
 impl RecipeError {
@@ -276,11 +301,7 @@ struct Work<'a> {
 
 /// A surface with its errors.
 struct Round {
-    surface: TriangularSpline,
-    deviation: Deviation,
-    /// Largest distance from the zero set to the surface; infinite before it is measured.
-    back: f64,
-    figures: SplineReport,
+    work: Patchwork,
 }
 
 impl Work<'_> {
@@ -328,25 +349,47 @@ impl Work<'_> {
 
     /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
     fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
-        let diagonal = mesh.diagonal();
-        let target = FieldTarget::new(&self.formula, diagonal);
-        let curves = stages.run("curves", || fit_quartics(mesh, &target, &self.recipe.curves))?;
-        let options = &self.recipe.spline;
-        let surface = stages.run("patches", || spline::build(mesh.clone(), &curves, &target, options))?;
-        let (deviation, back) = stages.run("check", || {
-            let deviation = deviation(&surface, &self.formula, diagonal, CHECK_LATTICE);
-            let back = match self.recipe.size {
-                Size::Tolerance(tolerance) if deviation.max_distance <= tolerance => {
-                    let (area, box_) = (extent(&surface).area, Some(self.bounds));
-                    coverage(&surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
-                        .map_or(f64::INFINITY, |c| c.max_distance)
-                }
-                _ => f64::INFINITY,
-            };
-            (deviation, back)
-        });
-        let figures = figures(&curves, &self.recipe.curves, &deviation);
-        Ok(Round { surface, deviation, back, figures })
+        let stamps = (0..mesh.mesh.face_count() as u64).collect();
+        let work = stages.run("patches", || self.workshop(mesh.diagonal()).build(mesh.clone(), stamps))?;
+        Ok(Round { work })
+    }
+
+    fn workshop(&self, diagonal: f64) -> Workshop<'_> {
+        Workshop {
+            field: &self.formula,
+            curves: &self.recipe.curves,
+            spline: &self.recipe.spline,
+            diagonal,
+            lattice: CHECK_LATTICE,
+        }
+    }
+
+    /// Local changes until the tolerance is kept, with as few faces as that takes.
+    fn finish(&self, made: Round, tolerance: f64) -> Result<Round, RecipeError> {
+        let workshop = self.workshop(made.work.base.diagonal());
+        let mut finisher = Finisher {
+            workshop: &workshop,
+            options: &self.recipe.base,
+            tolerance: MARGIN * tolerance,
+            draft: Draft::new(&self.formula, &made.work.base, &self.recipe.base),
+            budget: BUDGET,
+            work: made.work,
+        };
+        if finisher.split_failing()? {
+            finisher.thin();
+        }
+        Ok(Round { work: finisher.work })
+    }
+
+    /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
+    fn keeps(&self, made: &Round, surface: &TriangularSpline, tolerance: f64) -> bool {
+        if made.failing(tolerance) > 0 {
+            return false;
+        }
+        let (area, box_) = (extent(surface).area, Some(self.bounds));
+        let diagonal = made.work.base.diagonal();
+        coverage(surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
+            .is_none_or(|c| c.max_distance <= MARGIN * tolerance)
     }
 
     /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
@@ -354,24 +397,31 @@ impl Work<'_> {
         &self,
         made: &Result<Round, RecipeError>,
         mesh: &BaseMesh,
-        round: usize,
-        search: &mut CountSearch,
+        round: usize
     ) -> Option<Wish> {
         match made {
-            Ok(made) => self.wish_after(made, round, search),
+            Ok(made) => self.wish_after(made, round),
             Err(error) => self.wish_after_failure(error, mesh),
         }
     }
 
     /// The mesh to try next; none if the surface will do.
-    fn wish_after(&self, made: &Round, round: usize, search: &mut CountSearch) -> Option<Wish> {
-        let (base, patches) = (&made.surface.base, &made.deviation.patches);
+    fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
+        let (base, patches) = (&made.work.base, &made.work.patches);
         let bad = patches.iter().any(is_bad);
         let mut wish = match self.recipe.size {
             Size::Tolerance(tolerance) => {
+                if round >= GLOBAL_ROUNDS {
+                    return None;
+                }
+                let faces = base.mesh.face_count() as f64;
                 let mut wish = lengths_for_error(base, patches, AIM * tolerance);
-                let good = !bad && made.keeps(tolerance);
-                wish.faces = search.next(base.mesh.face_count(), good, wish.faces, round)?;
+                let failing = made.failing(tolerance) as f64;
+                let count = (wish.faces as f64).max(LARGEST_DROP * faces);
+                if failing <= FEW * faces && (count / faces - 1.0).abs() < CLOSE {
+                    return None;
+                }
+                wish.faces = 2 * (0.5 * count).round() as usize;
                 wish
             }
             Size::Automatic | Size::Faces(_) => {
@@ -391,16 +441,14 @@ impl Work<'_> {
         Some(wish)
     }
 
-    /// The better one: fewer bad patches, then within the tolerance, then fewer faces; or else a smaller error.
+    /// The better one: with a tolerance, the one from which fewer faces are to be expected when it is kept; or else that
+    /// with fewer bad patches, or as many and a smaller error.
     fn better_of(&self, made: Round, best: Round) -> Round {
-        let score = |r: &Round| {
-            let error = r.deviation.max_distance.max(r.back.min(f64::MAX));
-            match self.recipe.size {
-                Size::Tolerance(tolerance) if r.keeps(tolerance) => {
-                    (r.bad_patches(), 0.0, r.surface.nets.len() as f64)
-                }
-                _ => (r.bad_patches(), error, 0.0),
+        let score = |r: &Round| match self.recipe.size {
+            Size::Tolerance(tolerance) => {
+                ((r.work.nets.len() + FACES_A_FAILURE * r.failing(tolerance)) as f64, 0.0)
             }
+            Size::Automatic | Size::Faces(_) => (r.bad_patches() as f64, r.max_distance()),
         };
         if score(&best) < score(&made) { best } else { made }
     }
@@ -424,60 +472,25 @@ impl Work<'_> {
     }
 }
 
-/// The smallest count of faces that kept the tolerance so far, and the largest below it that did not.
-#[derive(Clone, Copy, Debug, Default)]
-struct CountSearch {
-    kept: Option<usize>,
-    missed: Option<usize>,
-}
-
-impl CountSearch {
-    /// The count to try after one of `faces` that is `good` or not; none if it would bring little.
-    fn next(&mut self, faces: usize, good: bool, predicted: usize, round: usize) -> Option<usize> {
-        if good {
-            self.kept = Some(self.kept.map_or(faces, |k| k.min(faces)));
-        } else if self.kept.is_none_or(|kept| faces < kept) {
-            self.missed = Some(self.missed.map_or(faces, |m| m.max(faces)));
-        }
-        let even = |n: f64| 2 * (0.5 * n).round() as usize;
-        let missed = self.missed.filter(|m| self.kept.is_none_or(|k| *m < k));
-        match (self.kept, missed) {
-            (Some(kept), None) => {
-                let count = even((predicted as f64).max(LARGEST_DROP * kept as f64));
-                (count as f64 <= WORTH * kept as f64).then_some(count)
-            }
-            (Some(kept), Some(missed)) => {
-                let middle = even((kept as f64 * missed as f64).sqrt());
-                (middle as f64 <= WORTH * kept as f64 && middle > missed).then_some(middle)
-            }
-            (None, _) => {
-                // A mesh that misses the tolerance gets no fewer faces, and the more of them the longer it misses.
-                let least = even(GROWTH.powi(round as i32) * faces as f64 + 1.0);
-                Some(predicted.max(least))
-            }
-        }
-    }
-}
-
-/// Fewest faces that are tried after a mesh that keeps the tolerance, as a share of its faces.
-const LARGEST_DROP: f64 = 0.65;
-/// A smaller mesh is tried if it saves this much.
-const WORTH: f64 = 0.97;
-
 impl Round {
-    /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
-    fn keeps(&self, tolerance: f64) -> bool {
-        self.deviation.max_distance.max(self.back) <= MARGIN * tolerance
+    fn max_distance(&self) -> f64 {
+        self.work.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max)
     }
 
     fn bad_patches(&self) -> usize {
-        self.deviation.patches.iter().filter(|p| is_bad(p)).count()
+        self.work.patches.iter().filter(|p| is_bad(p)).count()
+    }
+
+    /// Number of patches that are bad or beyond the tolerance.
+    fn failing(&self, tolerance: f64) -> usize {
+        self.work.patches.iter().filter(|p| is_bad(p) || !(p.max_distance <= MARGIN * tolerance)).count()
     }
 
     fn require_no_folds(&self) -> Result<(), RecipeError> {
-        let Some(face) = self.deviation.patches.iter().position(|p| p.folded) else { return Ok(()) };
-        let at = self.surface.nets[face][0];
-        Err(RecipeError::Folded { count: self.deviation.folded, face, at })
+        let folded = || self.work.patches.iter().enumerate().filter(|(_, p)| p.folded);
+        let Some((face, _)) = folded().next() else { return Ok(()) };
+        let at = self.work.nets[face][0];
+        Err(RecipeError::Folded { count: folded().count(), face, at })
     }
 }
 
@@ -502,13 +515,13 @@ fn remade(faces: usize, why: &str) -> Repair {
     }
 }
 
-fn figures(curves: &[QuarticCurve], options: &CurveOptions, deviation: &Deviation) -> SplineReport {
+fn figures(curves: &[QuarticCurve], options: &CurveOptions, patches: &[PatchDeviation]) -> SplineReport {
     let steps: usize = curves.iter().map(|c| c.steps).sum();
     SplineReport {
         sqp_iterations_mean: steps as f64 / curves.len().max(1) as f64,
         sqp_unconverged: curves.iter().filter(|c| c.steps >= options.max_steps).count(),
         curves_at_bound: curves.iter().filter(|c| c.at_bound).count(),
-        folded: deviation.folded,
-        faces_over_20deg: deviation.over_limit,
+        folded: patches.iter().filter(|p| p.folded).count(),
+        faces_over_20deg: patches.iter().filter(|p| p.max_normal_error > NORMAL_ERROR_LIMIT).count(),
     }
 }

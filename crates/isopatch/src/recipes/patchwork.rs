@@ -1,0 +1,171 @@
+//! Patches over a base mesh, and what is built again when the mesh changes in places.
+//!
+//! A net depends on the faces around the three corners of its face, and on nothing else: their curves, their fits, and
+//! the G1 systems at these corners. So a patch stays if none of these faces has changed. The others are built over a part
+//! of the mesh that has one more ring of faces, in the order of the whole; they come out as in a build of the whole mesh,
+//! to the bit.
+
+use crate::base::{BaseError, BaseMesh, FieldTarget, part};
+use crate::field::Field;
+use crate::geom::Point3;
+use crate::inspect::{PatchDeviation, deviation_of};
+use crate::mesh::{FaceId, HalfEdgeId};
+use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+use crate::spline::{self, NET, SplineError, SplineOptions, TriangularSpline};
+use crate::surface::PatchId;
+use std::collections::HashMap;
+
+/// Share of the faces from which on everything is built again: the part would have nearly all of them.
+const WHOLE: f64 = 0.6;
+
+/// How patches are made and measured.
+pub(super) struct Workshop<'a> {
+    pub field: &'a dyn Field,
+    pub curves: &'a CurveOptions,
+    pub spline: &'a SplineOptions,
+    /// Unit of lengths.
+    pub diagonal: f64,
+    /// Intervals of the lattice on which patches are measured.
+    pub lattice: usize,
+}
+
+/// Curves, nets and errors over a base mesh.
+#[derive(Clone, Debug)]
+pub(super) struct Patchwork {
+    pub base: BaseMesh,
+    pub curves: Vec<QuarticCurve>,
+    pub nets: Vec<[Point3; NET]>,
+    pub patches: Vec<PatchDeviation>,
+    /// Two faces with one stamp have the same corners at the same places.
+    stamps: Vec<u64>,
+}
+
+/// Why patches could not be made; vertices and edges are those of the whole mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum MakeError {
+    Base(BaseError),
+    Curve(CurveError),
+    Spline(SplineError),
+}
+
+/// What a build gives for each edge, each face, and each face that is to be measured.
+type Built = (Vec<QuarticCurve>, Vec<[Point3; NET]>, Vec<PatchDeviation>);
+
+impl Workshop<'_> {
+    /// Builds and measures everything.
+    pub fn build(&self, base: BaseMesh, stamps: Vec<u64>) -> Result<Patchwork, MakeError> {
+        let all: Vec<usize> = (0..base.mesh.face_count()).collect();
+        let (curves, nets, patches) = self.make(&base, &all)?;
+        Ok(Patchwork { base, curves, nets, patches, stamps })
+    }
+
+    /// Builds and measures what is not in `former`; also gives the faces that were built.
+    pub fn rebuild(
+        &self,
+        base: BaseMesh,
+        stamps: Vec<u64>,
+        former: &Patchwork,
+    ) -> Result<(Patchwork, Vec<usize>), MakeError> {
+        let place: HashMap<u64, usize> = former.stamps.iter().enumerate().map(|(i, s)| (*s, i)).collect();
+        let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(s).copied()).collect();
+        let changed: Vec<bool> = old.iter().map(Option::is_none).collect();
+        let fresh = around(&base, &changed);
+        let dirty: Vec<usize> = (0..fresh.len()).filter(|f| fresh[*f]).collect();
+        let support = around(&base, &fresh);
+        let count = support.iter().filter(|s| **s).count();
+        if count as f64 > WHOLE * fresh.len() as f64 {
+            let all = (0..fresh.len()).collect();
+            return Ok((self.build(base, stamps)?, all));
+        }
+        let (part, faces, vertices) = part(&base, &support).map_err(MakeError::Base)?;
+        let measured: Vec<usize> = (0..faces.len()).filter(|i| fresh[faces[*i]]).collect();
+        let (part_curves, part_nets, part_patches) =
+            self.make(&part, &measured).map_err(|e| e.renumbered(&vertices))?;
+
+        // Faces and half edges of the part, from those of the whole.
+        let mut in_part = vec![usize::MAX; fresh.len()];
+        faces.iter().enumerate().for_each(|(i, f)| in_part[*f] = i);
+        let mut measure_of = vec![usize::MAX; fresh.len()];
+        measured.iter().enumerate().for_each(|(i, m)| measure_of[faces[*m]] = i);
+        let pick = |f: usize| match old[f] {
+            Some(o) if !fresh[f] => (former.nets[o], former.patches[o]),
+            _ => (part_nets[in_part[f]], part_patches[measure_of[f]]),
+        };
+        let (nets, patches) = (0..fresh.len()).map(pick).unzip();
+        let curves = base
+            .mesh
+            .edges()
+            .map(|e| {
+                let h = base.mesh.edge_half_edge(e);
+                let beside = [Some(h), base.mesh.twin(h)].into_iter().flatten();
+                let dirty = beside.clone().any(|h| fresh[base.mesh.face(h).index()]);
+                let f = base.mesh.face(h).index();
+                let side = base.mesh.side(h);
+                match old[f] {
+                    Some(o) if !dirty => former.curves[edge_at(&former.base, o, side)],
+                    _ => part_curves[edge_at(&part, in_part[f], side)],
+                }
+            })
+            .collect();
+        Ok((Patchwork { base, curves, nets, patches, stamps }, dirty))
+    }
+
+    /// Everything over a mesh; only the given faces are measured.
+    fn make(&self, base: &BaseMesh, measured: &[usize]) -> Result<Built, MakeError> {
+        let target = FieldTarget::new(self.field, self.diagonal);
+        let curves = fit_quartics(base, &target, self.curves).map_err(MakeError::Curve)?;
+        let surface =
+            spline::build(base.clone(), &curves, &target, self.spline).map_err(MakeError::Spline)?;
+        let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
+        let patches = deviation_of(&surface, self.field, self.diagonal, self.lattice, &ids);
+        Ok((curves, surface.nets, patches))
+    }
+}
+
+/// The edge on a side of a face.
+fn edge_at(base: &BaseMesh, face: usize, side: usize) -> usize {
+    let h: HalfEdgeId = base.mesh.face_half_edges(FaceId::from(face)).nth(side).unwrap_or(HalfEdgeId(0));
+    base.mesh.edge(h).index()
+}
+
+/// All faces that share a vertex with the given ones.
+fn around(base: &BaseMesh, faces: &[bool]) -> Vec<bool> {
+    let mut vertex = vec![false; base.mesh.vertex_count()];
+    for f in base.mesh.faces().filter(|f| faces[f.index()]) {
+        base.mesh.triangle(f).iter().for_each(|v| vertex[v.index()] = true);
+    }
+    base.mesh.faces().map(|f| base.mesh.triangle(f).iter().any(|v| vertex[v.index()])).collect()
+}
+
+impl MakeError {
+    /// With the numbers of the whole mesh for those of a part. Edges keep the number that they have in the part.
+    fn renumbered(mut self, vertices: &[u32]) -> Self {
+        match &mut self {
+            Self::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            | Self::Spline(SplineError::SingularEdge { from, to, .. }) => {
+                (*from, *to) = (vertices[*from as usize], vertices[*to as usize]);
+            }
+            Self::Spline(SplineError::SingularVertex { vertex }) => *vertex = vertices[*vertex as usize],
+            Self::Base(_) => {}
+        }
+        self
+    }
+
+    /// The vertices in question.
+    pub fn vertices(&self) -> Vec<u32> {
+        match self {
+            Self::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            | Self::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
+            Self::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
+            Self::Base(_) => Vec::new(),
+        }
+    }
+}
+
+impl Patchwork {
+    /// As a surface.
+    pub fn surface(&self) -> TriangularSpline {
+        let curves = self.curves.iter().map(|c| c.q).collect();
+        TriangularSpline::new(self.base.clone(), curves, self.nets.clone())
+    }
+}
