@@ -14,6 +14,11 @@ const THIN_ROUNDS: usize = 40;
 /// A collapse makes the faces around a fourth larger, and their error, of order five in the length, nearly twice as
 /// large: it is tried where that is within the tolerance, and somewhat beyond, as errors scatter.
 const COLLAPSE_ERROR: f64 = 1.3;
+/// Stages of collapses without building patches in between, and rounds in each.
+const BLIND_STAGES: usize = 3;
+const BLIND_ROUNDS: usize = 20;
+/// They are tried where the expected error is below the tolerance by this factor.
+const BLIND_LIMIT: f64 = 4.0;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -68,6 +73,59 @@ impl Finisher<'_> {
         let (work, built) = self.workshop.rebuild(base, self.draft.live_stamps(), &self.work)?;
         self.budget = self.budget.saturating_sub(built.len());
         Ok(work)
+    }
+
+    /// Collapses edges where the errors are small, by what the errors are expected to become, and then divides the
+    /// patches that fail.
+    pub fn thin_out(&mut self) -> Result<bool, MakeError> {
+        for _ in 0..BLIND_STAGES {
+            let before = self.work.nets.len();
+            self.collapse_unseen();
+            if self.draft.face_count() == before {
+                break;
+            }
+            self.work = self.rebuilt()?;
+            let failing = self.failing(&self.work).len();
+            if std::env::var("TRACE").is_ok() {
+                eprintln!("blind: faces {before} -> {} failing {failing} budget {}", self.work.nets.len(), self.budget);
+            }
+            if failing as f64 > 0.01 * self.work.nets.len() as f64 || self.work.nets.len() as f64 > 0.9 * before as f64 {
+                break;
+            }
+        }
+        self.split_failing()
+    }
+
+    /// Collapses edges in many rounds without building any patch.
+    fn collapse_unseen(&mut self) {
+        let mut expected: HashMap<u32, f64> =
+            self.draft.live().into_iter().zip(&self.work.patches).map(|(s, p)| (s, p.max_distance)).collect();
+        for _ in 0..BLIND_ROUNDS {
+            let live = self.draft.live();
+            let errors: Vec<f64> = live.iter().map(|s| expected[s]).collect();
+            let Some(mut batch) = self.draft.batch() else { return };
+            let mut candidates: Vec<(f64, u32)> = batch
+                .edges()
+                .into_iter()
+                .map(|h| (batch.faces_around(h).into_iter().map(|f| errors[f]).fold(0.0, f64::max), h))
+                .filter(|(error, _)| BLIND_LIMIT * error <= self.tolerance)
+                .collect();
+            candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let mut count = 0;
+            for (worst, h) in candidates {
+                if let Some(change) = batch.collapse(h) {
+                    count += 1;
+                    let n = change.slots().count() as f64;
+                    let growth = (n / (n - 2.0)).powi(3);
+                    change.slots().for_each(|s| {
+                        expected.insert(s, worst * growth);
+                    });
+                }
+            }
+            if (2 * count) as f64 <= WORTH * live.len() as f64 {
+                return;
+            }
+        }
     }
 
     /// Collapses edges while all patches will do.

@@ -18,6 +18,12 @@ use std::collections::HashMap;
 /// Share of the faces from which on everything is built again: the part would have nearly all of them.
 const WHOLE: f64 = 0.6;
 
+/// Lattice on which all patches are measured: 45 samples each.
+const COARSE_LATTICE: usize = 8;
+/// Lattice on which patches are measured whose errors are near the tolerance. It is that of
+/// [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
+const FINE_LATTICE: usize = 21;
+
 /// How patches are made and measured.
 pub(super) struct Workshop<'a> {
     pub field: &'a dyn Field,
@@ -25,8 +31,8 @@ pub(super) struct Workshop<'a> {
     pub spline: &'a SplineOptions,
     /// Unit of lengths.
     pub diagonal: f64,
-    /// Intervals of the lattice on which patches are measured.
-    pub lattice: usize,
+    /// Errors over this, relative to the diagonal, are measured again on a finer lattice.
+    pub fine_above: f64,
 }
 
 /// Curves, nets and errors over a base mesh.
@@ -117,7 +123,16 @@ impl Workshop<'_> {
         let surface =
             spline::build(base.clone(), &curves, &target, self.spline).map_err(MakeError::Spline)?;
         let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
-        let patches = deviation_of(&surface, self.field, self.diagonal, self.lattice, &ids);
+        let measure = |lattice, ids: &[PatchId]| {
+            deviation_of(&surface, self.field, self.diagonal, lattice, ids)
+        };
+        let mut patches = measure(COARSE_LATTICE, &ids);
+        let near: Vec<usize> =
+            (0..ids.len()).filter(|i| !(patches[*i].max_distance <= self.fine_above)).collect();
+        let near_ids: Vec<PatchId> = near.iter().map(|i| ids[*i]).collect();
+        for (i, fine) in near.iter().zip(measure(FINE_LATTICE, &near_ids)) {
+            patches[*i] = fine;
+        }
         Ok((curves, surface.nets, patches))
     }
 }

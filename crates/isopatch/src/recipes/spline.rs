@@ -8,7 +8,7 @@
 
 use super::differentiable::{Defect, explain, find_defect};
 use super::least::least_that_works;
-use super::refine::{Wish, is_bad, lengths_for_error, median_error, shorter_at};
+use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
 use super::finish::Finisher;
 use super::patchwork::{MakeError, Patchwork, Workshop};
 use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, Repair};
@@ -123,9 +123,6 @@ pub enum RecipeError {
     },
 }
 
-/// Lattice on which patches are checked between rounds: 91 samples each, finer than those of the fits. It and
-/// [`BACK_SAMPLES`] are the defaults of [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
-const CHECK_LATTICE: usize = 12;
 /// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
 const BACK_SAMPLES: usize = 30_000;
 /// Normals at the ends of a seed edge that differ by more than this (the length of their difference, about 17°) make one
@@ -143,8 +140,8 @@ const LARGEST_DROP: f64 = 0.6;
 const FEW: f64 = 0.03;
 /// A count that changes by less than this is as it should be.
 const CLOSE: f64 = 0.1;
-/// Faces that local changes add for each failing patch.
-const FACES_A_FAILURE: usize = 3;
+/// Errors above this share of the tolerance are measured on a fine lattice.
+const NEAR: f64 = 0.5;
 /// Patches that may be built for local changes.
 const BUDGET: usize = 60_000;
 
@@ -360,7 +357,10 @@ impl Work<'_> {
             curves: &self.recipe.curves,
             spline: &self.recipe.spline,
             diagonal,
-            lattice: CHECK_LATTICE,
+            fine_above: match self.recipe.size {
+                Size::Tolerance(tolerance) => NEAR * tolerance,
+                Size::Automatic | Size::Faces(_) => f64::INFINITY,
+            },
         }
     }
 
@@ -375,7 +375,7 @@ impl Work<'_> {
             budget: BUDGET,
             work: made.work,
         };
-        if finisher.split_failing()? {
+        if finisher.split_failing()? && finisher.thin_out()? {
             finisher.thin();
         }
         Ok(Round { work: finisher.work })
@@ -416,11 +416,10 @@ impl Work<'_> {
                 }
                 let faces = base.mesh.face_count() as f64;
                 let mut wish = lengths_for_error(base, patches, AIM * tolerance);
-                let failing = made.failing(tolerance) as f64;
-                let count = (wish.faces as f64).max(LARGEST_DROP * faces);
-                if failing <= FEW * faces && (count / faces - 1.0).abs() < CLOSE {
+                if made.failing(tolerance) as f64 <= FEW * faces {
                     return None;
                 }
+                let count = wish.faces as f64;
                 wish.faces = 2 * (0.5 * count).round() as usize;
                 wish
             }
@@ -446,7 +445,7 @@ impl Work<'_> {
     fn better_of(&self, made: Round, best: Round) -> Round {
         let score = |r: &Round| match self.recipe.size {
             Size::Tolerance(tolerance) => {
-                ((r.work.nets.len() + FACES_A_FAILURE * r.failing(tolerance)) as f64, 0.0)
+                (expected_faces(&r.work.patches, MARGIN * tolerance), 0.0)
             }
             Size::Automatic | Size::Faces(_) => (r.bad_patches() as f64, r.max_distance()),
         };
