@@ -1,8 +1,6 @@
 //! Local changes of a base mesh: edges are collapsed or split where a patch may or must be smaller, and taken back where
 //! that was not good.
 
-use std::ops::Range;
-
 use super::base_mesh::BaseMesh;
 use super::build::{BaseOptions, base_of};
 use super::connectivity::Connectivity;
@@ -46,21 +44,19 @@ pub struct Draft<'a> {
     vertices: Vec<Vertex>,
 }
 
-/// What one local change did.
-#[derive(Clone, Debug, Default)]
+/// What a collapse did.
+#[derive(Clone, Debug)]
 pub struct Change {
     /// Slots with the corners and stamps that they had.
     slots: Vec<(u32, [u32; 3], u64)>,
-    /// Moved vertices as they were.
-    vertices: Vec<(u32, Vertex)>,
-    /// Slots that are new.
-    added: Range<u32>,
+    /// The merged vertex as it was.
+    vertex: (u32, Vertex),
 }
 
 impl Change {
     /// Slots in which it left a face.
     pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
-        self.slots.iter().map(|s| s.0).chain(self.added.clone())
+        self.slots.iter().map(|s| s.0)
     }
 }
 
@@ -126,14 +122,11 @@ impl<'a> Draft<'a> {
 
     /// Takes a change back; changes that touch it were taken back before.
     pub fn undo(&mut self, change: &Change) {
-        change.added.clone().for_each(|s| self.faces[s as usize] = REMOVED);
         for (slot, corners, stamp) in &change.slots {
             self.faces[*slot as usize] = *corners;
             self.stamps[*slot as usize] = *stamp;
         }
-        for (v, old) in &change.vertices {
-            self.vertices[*v as usize] = *old;
-        }
+        self.vertices[change.vertex.0 as usize] = change.vertex.1;
     }
 
     fn point(&self, v: u32) -> Point3 {
@@ -252,7 +245,7 @@ impl Batch<'_, '_> {
         }
         let slots = self.write(&touched, &before);
         region.iter().for_each(|v| self.claimed[*v as usize] = true);
-        Some(Change { slots, vertices: vec![(a, old)], added: 0..0 })
+        Some(Change { slots, vertex: (a, old) })
     }
 
     /// Flips and smoothing around a vertex; false if a face at it is not valid in the end.
@@ -322,30 +315,24 @@ impl Batch<'_, '_> {
         old
     }
 
-    /// Puts a vertex on the edge and relaxes what is around it; none if something near has changed.
-    pub fn split(&mut self, h: u32) -> Option<Change> {
-        if !self.is_free(h) {
-            return None;
-        }
+    /// Puts a vertex on the edge and relaxes what is around it; false if its faces have changed in this batch.
+    pub fn split(&mut self, h: u32) -> bool {
         let [a, b] = self.ends(h);
         let [c, d] = [self.mesh.apex(h), self.mesh.apex(self.mesh.twin(h))];
-        let region = self.around(&[a, b, c, d]);
-        if region.iter().any(|v| self.claimed[*v as usize]) {
-            return None;
+        if [a, b, c, d].iter().any(|v| self.claimed[*v as usize]) {
+            return false;
         }
         let mut touched: Vec<u32> =
             [a, b, c, d].into_iter().flat_map(|v| self.mesh.ring(v)).map(|e| e / 3).collect();
         touched.sort_unstable();
         touched.dedup();
         let before = self.mesh.clone_faces(&touched);
-        let olds: Vec<(u32, Vertex)> =
-            [a, b, c, d].into_iter().map(|v| (v, self.draft.vertices[v as usize])).collect();
         let middle = 0.5 * (self.draft.point(a) + self.draft.point(b));
         let m = self.mesh.split(h);
         self.draft.vertices.push(self.draft.vertices[a as usize]);
         self.claimed.push(true);
+        [a, b, c, d].iter().for_each(|v| self.claimed[*v as usize] = true);
         self.draft.place(m, middle);
-        let first = self.draft.faces.len() as u32;
         for _ in 0..2 {
             self.draft.faces.push(REMOVED);
             self.draft.stamps.push(0);
@@ -365,12 +352,11 @@ impl Batch<'_, '_> {
                 }
             }
         }
-        let slots = self.write(&touched, &before);
+        self.write(&touched, &before);
         let new = (self.mesh.half_edge_bound() / 3 - 2)..(self.mesh.half_edge_bound() / 3);
         let new: Vec<u32> = new.collect();
         self.write(&new, &[REMOVED; 2]);
-        region.iter().for_each(|v| self.claimed[*v as usize] = true);
-        Some(Change { slots, vertices: olds, added: first..first + 2 })
+        true
     }
 
     fn ring_is_valid(&self, v: u32) -> bool {

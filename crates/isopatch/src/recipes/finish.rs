@@ -8,7 +8,7 @@ use crate::mesh::{FaceId, VertexId};
 use std::collections::{HashMap, HashSet};
 
 /// Rounds of splits at most. Each halves what fails, or nearly so.
-const SPLIT_ROUNDS: usize = 8;
+const SPLIT_ROUNDS: usize = 20;
 /// Rounds of collapses at most.
 const THIN_ROUNDS: usize = 40;
 /// A collapse makes the faces around a fourth larger, and their error, of order five in the length, nearly twice as
@@ -52,13 +52,17 @@ impl Finisher<'_> {
             if failing.is_empty() {
                 return Ok(true);
             }
+            if std::env::var("TRACE").is_ok() {
+                let worst = failing.iter().map(|f| self.work.patches[*f].max_distance).fold(0.0, f64::max);
+                eprintln!("split: faces {} failing {} worst {worst:.2e} bad {} over {}", self.work.nets.len(), failing.len(), failing.iter().filter(|f| is_bad(&self.work.patches[**f])).count(), failing.iter().filter(|f| self.work.patches[**f].max_distance>self.tolerance).count());
+            }
             let error = |f: &usize| self.work.patches[*f].max_distance;
             failing.sort_by(|a, b| error(b).total_cmp(&error(a)).then(a.cmp(b)));
             let Some(mut batch) = self.draft.batch() else { break };
             let mut splits = 0;
             for face in failing {
                 let h = batch.most_turned_side(face);
-                splits += usize::from(batch.split(h).is_some());
+                splits += usize::from(batch.split(h));
             }
             if splits == 0 {
                 break;

@@ -415,7 +415,7 @@ impl Work<'_> {
                     return None;
                 }
                 let faces = base.mesh.face_count() as f64;
-                let mut wish = lengths_for_error(base, patches, AIM * tolerance);
+                let mut wish = lengths_for_error(base, patches, aim() * tolerance);
                 if made.failing(tolerance) as f64 <= FEW * faces {
                     return None;
                 }
@@ -471,6 +471,7 @@ impl Work<'_> {
     }
 }
 
+fn aim() -> f64 { std::env::var("AIM").ok().and_then(|v| v.parse().ok()).unwrap_or(AIM) }
 impl Round {
     fn max_distance(&self) -> f64 {
         self.work.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max)
