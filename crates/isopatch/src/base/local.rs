@@ -6,9 +6,9 @@ use super::build::{BaseOptions, base_of};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
 use super::project::project_positions;
-use super::shape::{area_vector, largest_angle_cosine, tangent_corner, unit_or_zero};
+use super::shape::{area_vector, largest_angle_cosine, unit_or_zero};
 use crate::field::Field;
-use crate::geom::{Mat3, Point3, Vec3, angle_between};
+use crate::geom::{Mat3, Point3, Vec3};
 use crate::mesh::{FaceId, VertexId};
 
 /// Corners of a slot without a face.
@@ -31,6 +31,15 @@ struct Vertex {
 /// What the length of an edge, as a share of the diagonal, counts beside its turn when a face is split.
 const LENGTH_SHARE: f64 = 0.1;
 
+/// The limits of a valid face, as cosines, and as |M d|.
+#[derive(Clone, Copy)]
+struct Limits {
+    smallest_corner: f64,
+    largest_corner: f64,
+    deviation: f64,
+    turn: f64,
+}
+
 /// A base mesh whose faces have slots that stay theirs while other faces come and go.
 ///
 /// A face has the same stamp as long as its corners are the same vertices at the same places.
@@ -38,6 +47,7 @@ pub struct Draft<'a> {
     field: &'a dyn Field,
     options: &'a BaseOptions,
     diagonal: f64,
+    limits: Limits,
     faces: Vec<[u32; 3]>,
     stamps: Vec<u64>,
     last_stamp: u64,
@@ -72,6 +82,12 @@ impl<'a> Draft<'a> {
             field,
             options,
             diagonal: base.diagonal(),
+            limits: Limits {
+                smallest_corner: options.limits.smallest_corner.to_radians().cos(),
+                largest_corner: options.limits.largest_corner.to_radians().cos(),
+                deviation: options.limits.facet_deviation.to_radians().cos(),
+                turn: options.limits.curvature_length,
+            },
             stamps: (0..last_stamp).collect(),
             faces,
             last_stamp,
@@ -135,17 +151,20 @@ impl<'a> Draft<'a> {
 
     /// Is the face within the limits of a valid base mesh?
     fn is_valid(&self, corners: [u32; 3]) -> bool {
-        let limits = &self.options.limits;
+        let Limits { smallest_corner, largest_corner, deviation, turn } = self.limits;
         let [a, b, c] = corners.map(|v| &self.vertices[v as usize]);
         let area = area_vector([a.x, b.x, c.x]);
+        let least = deviation * area.norm();
         [(a, b, c), (b, c, a), (c, a, b)].into_iter().all(|(p, q, r)| {
-            let corner = tangent_corner(&p.x, &q.x, &r.x, &p.normal).to_degrees();
-            let turn = |d: Vec3| (p.tensor * d).norm();
-            corner > limits.smallest_corner
-                && corner < limits.largest_corner
-                && angle_between(&area, &p.normal).to_degrees() < limits.facet_deviation
-                && turn(q.x - p.x) < limits.curvature_length
-                && turn(r.x - p.x) < limits.curvature_length
+            let (d, e) = (q.x - p.x, r.x - p.x);
+            let (sine, cosine) = (area.dot(&p.normal), d.dot(&e) - d.dot(&p.normal) * e.dot(&p.normal));
+            let length = (sine * sine + cosine * cosine).sqrt();
+            sine >= least
+                && sine > 0.0
+                && cosine < smallest_corner * length
+                && cosine > largest_corner * length
+                && (p.tensor * d).norm_squared() < turn * turn
+                && (p.tensor * e).norm_squared() < turn * turn
         })
     }
 
@@ -198,9 +217,8 @@ impl Batch<'_, '_> {
     }
 
     /// Faces around the ends of a half edge, by their number among the live ones.
-    pub fn faces_around(&self, h: u32) -> Vec<usize> {
-        let ends = self.ends(h);
-        ends.into_iter().flat_map(|v| self.mesh.ring(v)).map(|e| e as usize / 3).collect()
+    pub fn faces_around(&self, h: u32) -> impl Iterator<Item = usize> + '_ {
+        self.ends(h).into_iter().flat_map(|v| self.mesh.ring(v)).map(|e| e as usize / 3)
     }
 
     /// Is the half edge there, and nothing near it changed?
@@ -229,7 +247,7 @@ impl Batch<'_, '_> {
         let old = self.draft.vertices[a as usize];
         let middle = 0.5 * (self.draft.point(a) + self.draft.point(b));
         let touched: Vec<u32> = {
-            let mut faces: Vec<u32> = self.faces_around(h).into_iter().map(|f| f as u32).collect();
+            let mut faces: Vec<u32> = self.faces_around(h).map(|f| f as u32).collect();
             faces.sort_unstable();
             faces.dedup();
             faces
@@ -378,10 +396,18 @@ impl Batch<'_, '_> {
     }
 }
 
-/// Some faces of a base mesh as a mesh of its own, in the same order, with the numbers of its vertices in the whole.
-///
-/// Faces are added until those at every vertex form one fan.
-pub fn part(base: &BaseMesh, wanted: &[bool]) -> Result<(BaseMesh, Vec<usize>, Vec<u32>), BaseError> {
+/// Some faces of a base mesh as a mesh of its own.
+pub struct Part {
+    /// The mesh; faces and vertices are in the order of the whole.
+    pub base: BaseMesh,
+    /// Number of each face in the whole.
+    pub faces: Vec<usize>,
+    /// Number of each vertex in the whole.
+    pub vertices: Vec<u32>,
+}
+
+/// The part of a base mesh with the `wanted` faces, and more where those at a vertex would form several fans.
+pub fn part(base: &BaseMesh, wanted: &[bool]) -> Result<Part, BaseError> {
     let mesh = &base.mesh;
     let mut wanted = wanted.to_vec();
     // A vertex whose wanted faces form several fans gets all of them; that may spoil others.
@@ -411,11 +437,11 @@ pub fn part(base: &BaseMesh, wanted: &[bool]) -> Result<(BaseMesh, Vec<usize>, V
     kept.iter().enumerate().for_each(|(new, old)| number[*old as usize] = new as u32);
     let triangles: Vec<[u32; 3]> =
         faces.iter().map(|f| corners(f).map(|v| number[v as usize])).collect();
-    let part = base_of(
+    let base = base_of(
         &triangles,
         kept.iter().map(|v| base.positions[*v as usize]).collect(),
         kept.iter().map(|v| base.normals[*v as usize]).collect(),
         kept.iter().map(|v| base.curvatures[*v as usize]).collect(),
     )?;
-    Ok((part, faces, kept))
+    Ok(Part { base, faces, vertices: kept })
 }

@@ -48,7 +48,7 @@ pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
 pub use error::BaseError;
 pub use given::from_mesh;
-pub use local::{Batch, Change, Draft, part};
+pub use local::{Batch, Change, Draft, Part, part};
 pub use polygonize::{END_GAP, Grid, Samples, check_samples, polygonize, sample};
 pub use project::{ProjectOptions, Projection, project_points};
 pub use refine::{edge_lengths, refine};

@@ -1,24 +1,37 @@
-//! The last patches to the tolerance, and no more of them than needed: local changes of the base mesh, each of which is
-//! measured.
+//! The last patches to the tolerance, and no more of them than needed: local changes of the base mesh.
+//!
+//! ```text
+//! split what fails ──► collapse by expected errors ──► split what fails ──► collapse, measure, take back what fails
+//! ```
 
 use super::patchwork::{MakeError, Patchwork, Workshop};
 use super::refine::is_bad;
 use crate::base::{BaseMesh, BaseOptions, Change, Draft, validity};
+use crate::inspect::PatchDeviation;
 use crate::mesh::{FaceId, VertexId};
 use std::collections::{HashMap, HashSet};
 
-/// Rounds of splits at most. Each halves what fails, or nearly so.
-const SPLIT_ROUNDS: usize = 20;
-/// Rounds of collapses at most.
-const THIN_ROUNDS: usize = 40;
-/// A collapse makes the faces around a fourth larger, and their error, of order five in the length, nearly twice as
-/// large: it is tried where that is within the tolerance, and somewhat beyond, as errors scatter.
-const COLLAPSE_ERROR: f64 = 1.3;
-/// Stages of collapses without building patches in between, and rounds in each.
-const BLIND_STAGES: usize = 3;
-const BLIND_ROUNDS: usize = 20;
-/// They are tried where the expected error is below the tolerance by this factor.
-const BLIND_LIMIT: f64 = 4.0;
+/// Rounds of splits at most. A round halves what fails, or nearly so, as it splits no two edges beside each other.
+const SPLIT_ROUNDS: usize = 24;
+/// Normals are farther off than this (10°, in radians) where a patch is poor, however near it is.
+const POOR_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// Collapses without patches between them: a collapse is made where the expected error stays below the tolerance by the
+/// factor of its stage. Patches are built after each stage, and expectations start from measured errors again.
+const STAGES: [f64; 2] = [2.0, 1.5];
+/// Rounds of collapses in each stage.
+const STAGE_ROUNDS: usize = 20;
+/// The error around a collapse grows with this power of the faces' mean area: order six in the length.
+const GROWTH_POWER: f64 = 3.0;
+/// A stage is the last one if more than this share of the patches fail after it.
+const FAILING_SHARE: f64 = 0.03;
+/// Rounds of measured collapses at most.
+const THIN_ROUNDS: usize = 60;
+/// A measured collapse is tried where errors are below the tolerance by this factor: they nearly double on average, but
+/// scatter.
+const TRIED: f64 = 1.3;
+/// Patches that may be built for measured collapses: this many, or this share of those built before.
+const LEAST_THINNING: usize = 6_000;
+const THINNING_SHARE: f64 = 0.5;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -30,188 +43,178 @@ pub(super) struct Finisher<'a> {
     pub tolerance: f64,
     pub draft: Draft<'a>,
     pub work: Patchwork,
-    /// Patches that may still be built.
-    pub budget: usize,
+    /// Patches built so far.
+    pub built: usize,
 }
 
 impl Finisher<'_> {
-    /// Faces whose patches will not do, or that are beyond the limits of a base mesh.
-    fn failing(&self, work: &Patchwork) -> Vec<usize> {
-        let mut fails: Vec<bool> =
-            work.patches.iter().map(|p| is_bad(p) || !(p.max_distance <= self.tolerance)).collect();
-        for violation in validity(&work.base, &self.options.limits) {
-            fails[violation.face.index()] = true;
+    /// All steps; do all patches keep the tolerance in the end?
+    pub fn run(&mut self) -> Result<bool, MakeError> {
+        let done = self.split_failing()?;
+        if done {
+            self.collapse_by_expectation()?;
+            if self.split_failing()? {
+                self.thin(LEAST_THINNING.max((THINNING_SHARE * self.built as f64) as usize));
+                return Ok(true);
+            }
         }
-        (0..fails.len()).filter(|f| fails[*f]).collect()
+        Ok(false)
     }
 
-    /// Splits edges of failing faces until there are none; are there none?
+    fn fails(&self, patch: &PatchDeviation) -> bool {
+        // A NaN fails.
+        is_bad(patch) || patch.max_normal_error > POOR_NORMAL || !(patch.max_distance <= self.tolerance)
+    }
+
+    /// Faces whose patches will not do.
+    fn failing(&self, work: &Patchwork) -> Vec<usize> {
+        (0..work.patches.len()).filter(|f| self.fails(&work.patches[*f])).collect()
+    }
+
+    /// Splits edges of failing faces, and of those beyond the limits of a base mesh, until there are none; are there none?
     pub fn split_failing(&mut self) -> Result<bool, MakeError> {
         for _ in 0..SPLIT_ROUNDS {
             let mut failing = self.failing(&self.work);
+            let violations = validity(&self.work.surface.base, &self.options.limits);
+            failing.extend(violations.iter().map(|v| v.face.index()));
             if failing.is_empty() {
                 return Ok(true);
             }
-            if std::env::var("TRACE").is_ok() {
-                let worst = failing.iter().map(|f| self.work.patches[*f].max_distance).fold(0.0, f64::max);
-                eprintln!("split: faces {} failing {} worst {worst:.2e} bad {} over {}", self.work.nets.len(), failing.len(), failing.iter().filter(|f| is_bad(&self.work.patches[**f])).count(), failing.iter().filter(|f| self.work.patches[**f].max_distance>self.tolerance).count());
-            }
-            let error = |f: &usize| self.work.patches[*f].max_distance;
-            failing.sort_by(|a, b| error(b).total_cmp(&error(a)).then(a.cmp(b)));
-            let Some(mut batch) = self.draft.batch() else { break };
-            let mut splits = 0;
-            for face in failing {
-                let h = batch.most_turned_side(face);
-                splits += usize::from(batch.split(h));
-            }
-            if splits == 0 {
+            if !self.split(failing)? {
                 break;
             }
-            self.work = self.rebuilt()?;
         }
         Ok(self.failing(&self.work).is_empty())
+    }
+
+    /// Splits an edge of each of the faces, those with the largest errors first; was there any that could be split?
+    pub fn split(&mut self, mut faces: Vec<usize>) -> Result<bool, MakeError> {
+        let error = |f: &usize| self.work.patches[*f].max_distance;
+        faces.sort_by(|a, b| error(b).total_cmp(&error(a)).then(a.cmp(b)));
+        faces.dedup();
+        let Some(mut batch) = self.draft.batch() else { return Ok(false) };
+        let mut splits = 0;
+        for face in faces {
+            let h = batch.most_turned_side(face);
+            splits += usize::from(batch.split(h));
+        }
+        if splits > 0 {
+            self.work = self.rebuilt()?;
+        }
+        Ok(splits > 0)
     }
 
     fn rebuilt(&mut self) -> Result<Patchwork, MakeError> {
         let base = self.draft.base().map_err(MakeError::Base)?;
         let (work, built) = self.workshop.rebuild(base, self.draft.live_stamps(), &self.work)?;
-        self.budget = self.budget.saturating_sub(built.len());
+        self.built += built;
         Ok(work)
     }
 
-    /// Collapses edges where the errors are small, by what the errors are expected to become, and then divides the
-    /// patches that fail.
-    pub fn thin_out(&mut self) -> Result<bool, MakeError> {
-        for _ in 0..BLIND_STAGES {
-            let before = self.work.nets.len();
-            self.collapse_unseen();
+    /// Collapses edges where the errors are small, by what they are expected to become.
+    fn collapse_by_expectation(&mut self) -> Result<(), MakeError> {
+        for margin in STAGES {
+            let before = self.draft.face_count();
+            self.collapse_unseen(margin);
             if self.draft.face_count() == before {
                 break;
             }
             self.work = self.rebuilt()?;
-            let failing = self.failing(&self.work).len();
-            if std::env::var("TRACE").is_ok() {
-                eprintln!("blind: faces {before} -> {} failing {failing} budget {}", self.work.nets.len(), self.budget);
-            }
-            if failing as f64 > 0.01 * self.work.nets.len() as f64 || self.work.nets.len() as f64 > 0.9 * before as f64 {
+            if self.failing(&self.work).len() as f64 > FAILING_SHARE * self.work.patches.len() as f64 {
                 break;
             }
         }
-        self.split_failing()
+        Ok(())
     }
 
     /// Collapses edges in many rounds without building any patch.
-    fn collapse_unseen(&mut self) {
-        let mut expected: HashMap<u32, f64> =
-            self.draft.live().into_iter().zip(&self.work.patches).map(|(s, p)| (s, p.max_distance)).collect();
-        for _ in 0..BLIND_ROUNDS {
-            let live = self.draft.live();
-            let errors: Vec<f64> = live.iter().map(|s| expected[s]).collect();
-            let Some(mut batch) = self.draft.batch() else { return };
-            let mut candidates: Vec<(f64, u32)> = batch
-                .edges()
-                .into_iter()
-                .map(|h| (batch.faces_around(h).into_iter().map(|f| errors[f]).fold(0.0, f64::max), h))
-                .filter(|(error, _)| BLIND_LIMIT * error <= self.tolerance)
-                .collect();
-            candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let mut count = 0;
-            for (worst, h) in candidates {
-                if let Some(change) = batch.collapse(h) {
-                    count += 1;
-                    let n = change.slots().count() as f64;
-                    let growth = (n / (n - 2.0)).powi(3);
-                    change.slots().for_each(|s| {
-                        expected.insert(s, worst * growth);
-                    });
-                }
+    fn collapse_unseen(&mut self, margin: f64) {
+        let measured = self.work.patches.iter().map(|p| p.max_distance);
+        let mut expected: HashMap<u32, f64> = self.draft.live().into_iter().zip(measured).collect();
+        for _ in 0..STAGE_ROUNDS {
+            let errors: Vec<f64> = self.draft.live().iter().map(|s| expected[s]).collect();
+            let collapses = self.collapse_apart(&errors, self.tolerance / margin, &HashSet::new());
+            for Collapse { change, worst, .. } in &collapses {
+                let faces = change.slots().count() as f64;
+                let growth = (faces / (faces - 2.0)).powf(GROWTH_POWER);
+                expected.extend(change.slots().map(|slot| (slot, worst * growth)));
             }
-            if (2 * count) as f64 <= WORTH * live.len() as f64 {
+            if (2 * collapses.len()) as f64 <= WORTH * errors.len() as f64 {
                 return;
             }
         }
     }
 
-    /// Collapses edges while all patches will do.
-    pub fn thin(&mut self) {
-        let mut refused: HashSet<[u32; 2]> = HashSet::new();
-        for _ in 0..THIN_ROUNDS {
-            let changes = self.collapse_some(&refused);
-            if changes.is_empty() || self.budget == 0 {
-                changes.iter().for_each(|(_, c)| self.draft.undo(c));
-                break;
-            }
-            let tried = changes.len();
-            let kept = self.keep_good(changes, &mut refused);
-            if std::env::var("TRACE").is_ok() {
-                eprintln!("thin: faces {} tried {tried} kept {kept} budget {}", self.work.nets.len(), self.budget);
-            }
-            if (2 * kept) as f64 <= WORTH * self.work.nets.len() as f64 {
-                break;
-            }
-        }
-    }
-
-    /// Collapses edges that are far from each other, those with the smallest errors first.
-    fn collapse_some(&mut self, refused: &HashSet<[u32; 2]>) -> Vec<([u32; 2], Change)> {
-        let patches = &self.work.patches;
+    /// Collapses edges that do not touch each other, those between the smallest errors first, none over `limit`.
+    fn collapse_apart(&mut self, errors: &[f64], limit: f64, refused: &HashSet<[u32; 2]>) -> Vec<Collapse> {
         let Some(mut batch) = self.draft.batch() else { return Vec::new() };
         let mut candidates: Vec<(f64, u32)> = batch
             .edges()
             .into_iter()
-            .map(|h| {
-                let worst = batch.faces_around(h).into_iter().map(|f| patches[f].max_distance);
-                (worst.fold(0.0, f64::max), h)
-            })
-            .filter(|(error, h)| COLLAPSE_ERROR * error <= self.tolerance && !refused.contains(&batch.ends(*h)))
+            .map(|h| (batch.faces_around(h).map(|f| errors[f]).fold(0.0, f64::max), h))
+            .filter(|(worst, h)| *worst <= limit && !refused.contains(&batch.ends(*h)))
             .collect();
         candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut changes = Vec::new();
-        for (_, h) in candidates {
+        let mut collapses = Vec::new();
+        for (worst, h) in candidates {
             if batch.is_free(h) {
                 let ends = batch.ends(h);
-                changes.extend(batch.collapse(h).map(|change| (ends, change)));
+                collapses.extend(batch.collapse(h).map(|change| Collapse { ends, change, worst }));
             }
         }
-        changes
+        collapses
     }
 
-    /// Builds what changed and takes back what made patches fail; the number of changes that stay.
-    fn keep_good(&mut self, mut changes: Vec<([u32; 2], Change)>, refused: &mut HashSet<[u32; 2]>) -> usize {
-        loop {
-            let built = self.rebuilt();
-            let suspects: Vec<u32> = match &built {
-                Ok(work) => corners(&work.base, &self.failing(work)),
-                Err(error) => error.vertices(),
-            };
-            if let (Ok(work), true) = (&built, suspects.is_empty()) {
-                self.work = work.clone();
-                return changes.len();
+    /// Collapses edges while all patches will do, until `budget` patches have been built for it.
+    fn thin(&mut self, budget: usize) {
+        let last = self.built + budget;
+        let mut refused: HashSet<[u32; 2]> = HashSet::new();
+        for _ in 0..THIN_ROUNDS {
+            if self.built >= last {
+                break;
             }
-            // Without a surface, the mesh is that of the draft.
-            let base = match &built {
-                Ok(work) => Some(work.base.clone()),
-                Err(_) => self.draft.base().ok(),
+            let errors: Vec<f64> = self.work.patches.iter().map(|p| p.max_distance).collect();
+            let collapses = self.collapse_apart(&errors, self.tolerance / TRIED, &refused);
+            if collapses.is_empty() {
+                break;
+            }
+            let kept = self.keep_good(collapses, &mut refused);
+            if (2 * kept) as f64 <= WORTH * errors.len() as f64 {
+                break;
+            }
+        }
+    }
+
+    /// Builds what changed and takes back what made patches fail; the number of collapses that stay.
+    fn keep_good(&mut self, mut collapses: Vec<Collapse>, refused: &mut HashSet<[u32; 2]>) -> usize {
+        loop {
+            let made = self.rebuilt();
+            let (base, suspects) = match &made {
+                Ok(work) => {
+                    let base = &work.surface.base;
+                    (Some(base.clone()), corners(base, &self.failing(work)))
+                }
+                Err(error) => (self.draft.base().ok(), error.vertices()),
             };
+            let is_good = made.is_ok() && suspects.is_empty();
+            if let Ok(work) = made {
+                self.work = work;
+            }
+            if is_good || collapses.is_empty() {
+                return collapses.len();
+            }
             let near = base.map_or_else(HashSet::new, |base| self.slots_around(&base, &suspects));
-            let before = changes.len();
-            changes.retain(|(ends, change)| {
-                let stays = !change.slots().any(|s| near.contains(&s));
+            let touches = |c: &Collapse| c.change.slots().any(|slot| near.contains(&slot));
+            // Nothing near means that no single one is to blame.
+            let all = !collapses.iter().any(touches);
+            collapses.retain(|collapse| {
+                let stays = !all && !touches(collapse);
                 if !stays {
-                    self.draft.undo(change);
-                    refused.insert(*ends);
+                    self.draft.undo(&collapse.change);
+                    refused.insert(collapse.ends);
                 }
                 stays
             });
-            if changes.len() == before {
-                if changes.is_empty() {
-                    return 0;
-                }
-                changes.drain(..).for_each(|(_, change)| self.draft.undo(&change));
-            }
-            if let Ok(work) = built {
-                self.work = work;
-            }
         }
     }
 
@@ -221,6 +224,14 @@ impl Finisher<'_> {
         let faces = |v: &u32| base.mesh.ring(VertexId(*v)).map(|h| base.mesh.face(h).index());
         vertices.iter().flat_map(faces).map(|f| live[f]).collect()
     }
+}
+
+/// A collapse that can be taken back.
+struct Collapse {
+    ends: [u32; 2],
+    change: Change,
+    /// The largest error around it before.
+    worst: f64,
 }
 
 /// Corners of some faces.

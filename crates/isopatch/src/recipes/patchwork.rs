@@ -7,19 +7,20 @@
 
 use crate::base::{BaseError, BaseMesh, FieldTarget, part};
 use crate::field::Field;
-use crate::geom::Point3;
 use crate::inspect::{PatchDeviation, deviation_of};
 use crate::mesh::{FaceId, HalfEdgeId};
 use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
-use crate::spline::{self, NET, SplineError, SplineOptions, TriangularSpline};
+use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
 use crate::surface::PatchId;
 use std::collections::HashMap;
 
 /// Share of the faces from which on everything is built again: the part would have nearly all of them.
 const WHOLE: f64 = 0.6;
 
-/// Lattice on which all patches are measured: 45 samples each.
-const COARSE_LATTICE: usize = 8;
+/// Lattice on which all patches are measured: 66 samples each.
+const COARSE_LATTICE: usize = 10;
+/// Normal errors over this are measured on the fine lattice as well: a fold between coarse samples shows beside it.
+const NORMAL_FINE: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Lattice on which patches are measured whose errors are near the tolerance. It is that of
 /// [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
 const FINE_LATTICE: usize = 21;
@@ -38,9 +39,8 @@ pub(super) struct Workshop<'a> {
 /// Curves, nets and errors over a base mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Patchwork {
-    pub base: BaseMesh,
+    pub surface: TriangularSpline,
     pub curves: Vec<QuarticCurve>,
-    pub nets: Vec<[Point3; NET]>,
     pub patches: Vec<PatchDeviation>,
     /// Two faces with one stamp have the same corners at the same places.
     stamps: Vec<u64>,
@@ -54,86 +54,91 @@ pub(super) enum MakeError {
     Spline(SplineError),
 }
 
-/// What a build gives for each edge, each face, and each face that is to be measured.
-type Built = (Vec<QuarticCurve>, Vec<[Point3; NET]>, Vec<PatchDeviation>);
-
 impl Workshop<'_> {
     /// Builds and measures everything.
     pub fn build(&self, base: BaseMesh, stamps: Vec<u64>) -> Result<Patchwork, MakeError> {
         let all: Vec<usize> = (0..base.mesh.face_count()).collect();
-        let (curves, nets, patches) = self.make(&base, &all)?;
-        Ok(Patchwork { base, curves, nets, patches, stamps })
+        let (surface, curves, patches) = self.make(base, &all)?;
+        Ok(Patchwork { surface, curves, patches, stamps })
     }
 
-    /// Builds and measures what is not in `former`; also gives the faces that were built.
+    /// Builds and measures what is not in `former`; also gives the number of patches that were built.
     pub fn rebuild(
         &self,
         base: BaseMesh,
         stamps: Vec<u64>,
         former: &Patchwork,
-    ) -> Result<(Patchwork, Vec<usize>), MakeError> {
+    ) -> Result<(Patchwork, usize), MakeError> {
         let place: HashMap<u64, usize> = former.stamps.iter().enumerate().map(|(i, s)| (*s, i)).collect();
         let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(s).copied()).collect();
         let changed: Vec<bool> = old.iter().map(Option::is_none).collect();
         let fresh = around(&base, &changed);
-        let dirty: Vec<usize> = (0..fresh.len()).filter(|f| fresh[*f]).collect();
         let support = around(&base, &fresh);
         let count = support.iter().filter(|s| **s).count();
         if count as f64 > WHOLE * fresh.len() as f64 {
-            let all = (0..fresh.len()).collect();
-            return Ok((self.build(base, stamps)?, all));
+            return Ok((self.build(base, stamps)?, count));
         }
-        let (part, faces, vertices) = part(&base, &support).map_err(MakeError::Base)?;
-        let measured: Vec<usize> = (0..faces.len()).filter(|i| fresh[faces[*i]]).collect();
-        let (part_curves, part_nets, part_patches) =
-            self.make(&part, &measured).map_err(|e| e.renumbered(&vertices))?;
+        let part = part(&base, &support).map_err(MakeError::Base)?;
+        let measured: Vec<usize> = (0..part.faces.len()).filter(|i| fresh[part.faces[*i]]).collect();
+        let made = self.make(part.base, &measured).map_err(|error| error.renumbered(&part.vertices))?;
+        let (part_surface, part_curves, part_patches) = made;
 
-        // Faces and half edges of the part, from those of the whole.
         let mut in_part = vec![usize::MAX; fresh.len()];
-        faces.iter().enumerate().for_each(|(i, f)| in_part[*f] = i);
-        let mut measure_of = vec![usize::MAX; fresh.len()];
-        measured.iter().enumerate().for_each(|(i, m)| measure_of[faces[*m]] = i);
-        let pick = |f: usize| match old[f] {
-            Some(o) if !fresh[f] => (former.nets[o], former.patches[o]),
-            _ => (part_nets[in_part[f]], part_patches[measure_of[f]]),
-        };
-        let (nets, patches) = (0..fresh.len()).map(pick).unzip();
-        let curves = base
+        part.faces.iter().enumerate().for_each(|(i, f)| in_part[*f] = i);
+        let mut in_measured = vec![usize::MAX; fresh.len()];
+        measured.iter().enumerate().for_each(|(i, m)| in_measured[part.faces[*m]] = i);
+        let (nets, patches) = (0..fresh.len())
+            .map(|f| match old[f] {
+                Some(o) if !fresh[f] => (former.surface.nets[o], former.patches[o]),
+                _ => (part_surface.nets[in_part[f]], part_patches[in_measured[f]]),
+            })
+            .unzip();
+        let curves: Vec<QuarticCurve> = base
             .mesh
             .edges()
             .map(|e| {
                 let h = base.mesh.edge_half_edge(e);
+                let (f, side) = (base.mesh.face(h).index(), base.mesh.side(h));
                 let beside = [Some(h), base.mesh.twin(h)].into_iter().flatten();
-                let dirty = beside.clone().any(|h| fresh[base.mesh.face(h).index()]);
-                let f = base.mesh.face(h).index();
-                let side = base.mesh.side(h);
+                let is_fresh = beside.map(|h| base.mesh.face(h).index()).any(|f| fresh[f]);
                 match old[f] {
-                    Some(o) if !dirty => former.curves[edge_at(&former.base, o, side)],
-                    _ => part_curves[edge_at(&part, in_part[f], side)],
+                    Some(o) if !is_fresh => former.curves[edge_at(&former.surface.base, o, side)],
+                    _ => part_curves[edge_at(&part_surface.base, in_part[f], side)],
                 }
             })
             .collect();
-        Ok((Patchwork { base, curves, nets, patches, stamps }, dirty))
+        let surface = TriangularSpline::new(base, curves.iter().map(|c| c.q).collect(), nets);
+        Ok((Patchwork { surface, curves, patches, stamps }, count))
     }
 
     /// Everything over a mesh; only the given faces are measured.
-    fn make(&self, base: &BaseMesh, measured: &[usize]) -> Result<Built, MakeError> {
+    fn make(
+        &self,
+        base: BaseMesh,
+        measured: &[usize],
+    ) -> Result<(TriangularSpline, Vec<QuarticCurve>, Vec<PatchDeviation>), MakeError> {
         let target = FieldTarget::new(self.field, self.diagonal);
-        let curves = fit_quartics(base, &target, self.curves).map_err(MakeError::Curve)?;
-        let surface =
-            spline::build(base.clone(), &curves, &target, self.spline).map_err(MakeError::Spline)?;
+        let curves = fit_quartics(&base, &target, self.curves).map_err(MakeError::Curve)?;
+        let surface = spline::build(base, &curves, &target, self.spline).map_err(MakeError::Spline)?;
         let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
-        let measure = |lattice, ids: &[PatchId]| {
-            deviation_of(&surface, self.field, self.diagonal, lattice, ids)
+        let patches = self.measure(&surface, &ids);
+        Ok((surface, curves, patches))
+    }
+
+    /// Errors of some patches: coarsely, and finely where they are near what is not allowed.
+    fn measure(&self, surface: &TriangularSpline, ids: &[PatchId]) -> Vec<PatchDeviation> {
+        let on_lattice = |lattice, ids: &[PatchId]| {
+            deviation_of(surface, self.field, self.diagonal, lattice, ids)
         };
-        let mut patches = measure(COARSE_LATTICE, &ids);
-        let near: Vec<usize> =
-            (0..ids.len()).filter(|i| !(patches[*i].max_distance <= self.fine_above)).collect();
+        let is_near =
+            |p: &PatchDeviation| p.max_distance > self.fine_above || p.max_normal_error > NORMAL_FINE;
+        let mut patches = on_lattice(COARSE_LATTICE, ids);
+        let near: Vec<usize> = (0..ids.len()).filter(|i| is_near(&patches[*i])).collect();
         let near_ids: Vec<PatchId> = near.iter().map(|i| ids[*i]).collect();
-        for (i, fine) in near.iter().zip(measure(FINE_LATTICE, &near_ids)) {
+        for (i, fine) in near.iter().zip(on_lattice(FINE_LATTICE, &near_ids)) {
             patches[*i] = fine;
         }
-        Ok((curves, surface.nets, patches))
+        patches
     }
 }
 
@@ -174,13 +179,5 @@ impl MakeError {
             Self::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
             Self::Base(_) => Vec::new(),
         }
-    }
-}
-
-impl Patchwork {
-    /// As a surface.
-    pub fn surface(&self) -> TriangularSpline {
-        let curves = self.curves.iter().map(|c| c.q).collect();
-        TriangularSpline::new(self.base.clone(), curves, self.nets.clone())
     }
 }

@@ -19,6 +19,7 @@ use crate::io::read::PolygonMesh;
 use crate::network::{CurveError, CurveOptions, QuarticCurve};
 use crate::report::{Seconds, SplineReport};
 use crate::spline::{SplineError, SplineOptions, TriangularSpline};
+use crate::surface::PatchId;
 
 /// How many patches a surface gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -129,21 +130,19 @@ const BACK_SAMPLES: usize = 30_000;
 /// look for a kink at once.
 const SHARP: f64 = 0.3;
 /// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
-const AIM: f64 = 0.45;
+const AIM: f64 = 0.7;
 /// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
 const MARGIN: f64 = 0.95;
 /// Times that the whole mesh is remade for a tolerance.
 const GLOBAL_ROUNDS: usize = 3;
-/// Fewest faces that are tried in the next round, as a share of the present ones.
-const LARGEST_DROP: f64 = 0.6;
 /// Share of failing patches that is left to local changes.
 const FEW: f64 = 0.03;
-/// A count that changes by less than this is as it should be.
-const CLOSE: f64 = 0.1;
 /// Errors above this share of the tolerance are measured on a fine lattice.
-const NEAR: f64 = 0.5;
-/// Patches that may be built for local changes.
-const BUDGET: usize = 60_000;
+const NEAR: f64 = 0.35;
+/// Times that the patch is split that is nearest to where the zero set is too far from the surface.
+const BACK_ROUNDS: usize = 3;
+/// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
+const TOLERANCE_TURN: f64 = 1.25;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -242,20 +241,21 @@ fn attempt(
         };
     }
     let mut kept = kept?;
-    if let (Size::Tolerance(tolerance), None) = (recipe.size, &recipe.given) {
-        kept = stages.run("finishing", || work.finish(kept, tolerance))?;
+    let mut reached = true;
+    if let Size::Tolerance(tolerance) = recipe.size {
+        if recipe.given.is_none() {
+            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance))?;
+        } else {
+            let near = kept.failing(tolerance) == 0;
+            reached = near && stages.run("check", || work.far_patch(&kept.work, tolerance).is_none());
+        }
     }
     kept.require_no_folds()?;
-    let surface = kept.work.surface();
-    let reached = match recipe.size {
-        Size::Tolerance(tolerance) => stages.run("check", || work.keeps(&kept, &surface, tolerance)),
-        Size::Automatic | Size::Faces(_) => true,
-    };
     let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
     Ok(Fitted {
-        surface,
+        surface: kept.work.surface,
         formula,
         negated,
         bounds,
@@ -309,7 +309,8 @@ impl Work<'_> {
             Size::Automatic | Size::Tolerance(_) => faces,
         };
         // Counts are searched for where the whole surface is made, not only its base mesh.
-        let options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
+        let mut options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
+        if let Size::Tolerance(_) = self.recipe.size { options.remesh.sizing.turn = TOLERANCE_TURN; }
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => {
@@ -364,32 +365,37 @@ impl Work<'_> {
         }
     }
 
-    /// Local changes until the tolerance is kept, with as few faces as that takes.
-    fn finish(&self, made: Round, tolerance: f64) -> Result<Round, RecipeError> {
-        let workshop = self.workshop(made.work.base.diagonal());
+    /// Local changes until the tolerance is kept, both ways, with as few faces as that takes; is it kept?
+    fn finish(&self, made: Round, tolerance: f64) -> Result<(Round, bool), RecipeError> {
+        let workshop = self.workshop(made.work.surface.base.diagonal());
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
             tolerance: MARGIN * tolerance,
-            draft: Draft::new(&self.formula, &made.work.base, &self.recipe.base),
-            budget: BUDGET,
+            draft: Draft::new(&self.formula, &made.work.surface.base, &self.recipe.base),
+            built: made.work.patches.len(),
             work: made.work,
         };
-        if finisher.split_failing()? && finisher.thin_out()? {
-            finisher.thin();
+        let (mut kept, mut reached) = (finisher.run()?, false);
+        for _ in 0..=BACK_ROUNDS {
+            if !kept || reached {
+                break;
+            }
+            match self.far_patch(&finisher.work, tolerance) {
+                Some(patch) => kept = finisher.split(vec![patch.index()])? && finisher.split_failing()?,
+                None => reached = true,
+            }
         }
-        Ok(Round { work: finisher.work })
+        Ok((Round { work: finisher.work }, reached))
     }
 
-    /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
-    fn keeps(&self, made: &Round, surface: &TriangularSpline, tolerance: f64) -> bool {
-        if made.failing(tolerance) > 0 {
-            return false;
-        }
+    /// The patch nearest to the point of the zero set that is farthest from the surface, if that is too far.
+    fn far_patch(&self, work: &Patchwork, tolerance: f64) -> Option<PatchId> {
+        let (surface, diagonal) = (&work.surface, work.surface.base.diagonal());
         let (area, box_) = (extent(surface).area, Some(self.bounds));
-        let diagonal = made.work.base.diagonal();
         coverage(surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
-            .is_none_or(|c| c.max_distance <= MARGIN * tolerance)
+            .filter(|c| !(c.max_distance <= tolerance))
+            .map(|c| c.worst_patch)
     }
 
     /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
@@ -407,7 +413,7 @@ impl Work<'_> {
 
     /// The mesh to try next; none if the surface will do.
     fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
-        let (base, patches) = (&made.work.base, &made.work.patches);
+        let (base, patches) = (&made.work.surface.base, &made.work.patches);
         let bad = patches.iter().any(is_bad);
         let mut wish = match self.recipe.size {
             Size::Tolerance(tolerance) => {
@@ -415,7 +421,7 @@ impl Work<'_> {
                     return None;
                 }
                 let faces = base.mesh.face_count() as f64;
-                let mut wish = lengths_for_error(base, patches, aim() * tolerance);
+                let mut wish = lengths_for_error(base, patches, AIM * tolerance);
                 if made.failing(tolerance) as f64 <= FEW * faces {
                     return None;
                 }
@@ -471,7 +477,6 @@ impl Work<'_> {
     }
 }
 
-fn aim() -> f64 { std::env::var("AIM").ok().and_then(|v| v.parse().ok()).unwrap_or(AIM) }
 impl Round {
     fn max_distance(&self) -> f64 {
         self.work.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max)
@@ -489,7 +494,7 @@ impl Round {
     fn require_no_folds(&self) -> Result<(), RecipeError> {
         let folded = || self.work.patches.iter().enumerate().filter(|(_, p)| p.folded);
         let Some((face, _)) = folded().next() else { return Ok(()) };
-        let at = self.work.nets[face][0];
+        let at = self.work.surface.nets[face][0];
         Err(RecipeError::Folded { count: folded().count(), face, at })
     }
 }
