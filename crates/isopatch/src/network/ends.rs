@@ -3,7 +3,7 @@
 use super::quartic::{CurveError, CurveOptions, QuarticCurve};
 use crate::base::{BaseMesh, BoxSide};
 use crate::geom::{Point3, Vec3};
-use crate::mesh::EdgeId;
+use crate::mesh::{EdgeId, VertexId};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// Newton steps that restore (9b); quadratic convergence needs two or three.
@@ -15,6 +15,9 @@ pub(super) const TRUST: f64 = 0.1;
 pub(super) struct Ends {
     pub q0: Point3,
     q4: Point3,
+    /// Does it run against the edge? Curves start at the end with the smaller coordinates, so that they depend on nothing
+    /// but the data at their ends.
+    reversed: bool,
     /// q4 − q0.
     pub chord: Vec3,
     /// Of the chord.
@@ -71,8 +74,13 @@ impl Fit {
 impl Ends {
     pub fn of(base: &BaseMesh, edge: EdgeId, options: &CurveOptions) -> Result<Self, CurveError> {
         let h = base.mesh.edge_half_edge(edge);
-        let (from, to) = (base.mesh.origin(h), base.mesh.dest(h));
-        let (q0, q4) = (base.positions[from.index()], base.positions[to.index()]);
+        let (mut from, mut to) = (base.mesh.origin(h), base.mesh.dest(h));
+        let at = |v: VertexId| base.positions[v.index()];
+        let reversed = at(to).iter().partial_cmp(at(from).iter()).is_some_and(|order| order.is_lt());
+        if reversed {
+            (from, to) = (to, from);
+        }
+        let (q0, q4) = (at(from), at(to));
         let chord = q4 - q0;
         let n = [from, to].map(|v| base.normals[v.index()]);
         let m = [from, to].map(|v| base.curvatures[v.index()]);
@@ -85,12 +93,12 @@ impl Ends {
             let (mt, ms) = (m[i] * t[i], m[i] * s[i]);
             [t[i].dot(&mt), s[i].dot(&mt), s[i].dot(&ms)]
         });
-        let free = Self { q0, q4, chord, length, n, t, s, turn: [0.0; 2], k, across: None };
+        let turn = [options.largest_turn; 2];
+        let free = Self { q0, q4, reversed, chord, length, n, t, s, turn, k, across: None };
         let sides = base.sides_of(edge);
-        match (sides.iter().next(), sides.len(), base.mesh.twin(h)) {
-            (None, _, None) => Ok(free),
-            (None, _, Some(_)) => Ok(Self { turn: [options.largest_turn; 2], ..free }),
-            (Some(side), 1, _) => Ok(free.within(side)),
+        match (sides.iter().next(), sides.len()) {
+            (None, _) => Ok(free),
+            (Some(side), 1) => Ok(free.within(side)),
             _ => Err(CurveError::AlongBoxEdge { edge: edge.0, from: from.0, to: to.0 }),
         }
     }
@@ -103,7 +111,7 @@ impl Ends {
             *n /= length;
             *k = k.map(|k| k / length);
         }
-        Self { across: Some(side.axis), ..self }
+        Self { across: Some(side.axis), turn: [0.0; 2], ..self }
     }
 
     /// wᵀ M w of the first control vector w at an end, λ² k for a tangent along the chord.
@@ -184,7 +192,10 @@ impl Ends {
             return Err(CurveError::Infeasible { edge: edge.0, from, to });
         }
         let [_, q1, q2, q3, _] = self.control_points(fit).map(|q| self.q0 + q);
-        let q = [self.q0, q1, q2, q3, self.q4];
+        let mut q = [self.q0, q1, q2, q3, self.q4];
+        if self.reversed {
+            q.reverse();
+        }
         Ok(QuarticCurve { q, steps: fit.steps, at_bound: !self.in_box(fit, options) })
     }
 }
