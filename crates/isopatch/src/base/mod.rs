@@ -38,6 +38,9 @@ mod triangle_mesh;
 mod validity;
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod seed_tests;
+#[cfg(test)]
 mod test_fields;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]

@@ -6,7 +6,7 @@ use super::bounds::{clipped_sides, side_beyond, tighten};
 use super::clip::BoxSide;
 use super::connectivity::Connectivity;
 use super::error::BaseError;
-use super::polygonize::{PolygonizeOptions, Polygonization, polygonize};
+use super::polygonize::{Polygonization, PolygonizeOptions, polygonize};
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::RemeshOptions;
 use super::shape::{largest_curvature, unit_or_zero};
