@@ -44,7 +44,7 @@ const RELIEF: u8 = 1;
 /// The same where f has no value at the centre: there is not much to be expected.
 const PATIENCE_WITHOUT_VALUE: u8 = 2;
 
-/// Components of ∇f with bounds below this share of the widest do not matter for that.
+/// Components of ∇f with bounds narrower than this share of ∇f do not matter for that.
 const SHARE: f64 = 0.1;
 
 /// Bounds that shrink to this share or less in a halving get tighter.
@@ -82,9 +82,10 @@ impl Leaf {
         let radii = |leaf: &Self| leaf.bounds.gradient.map(|g| g.radius());
         let (now_by_axis, before_by_axis) = (radii(self), radii(parent));
         let most = now_by_axis.iter().fold(0.0, |most: f64, r| most.max(*r));
+        let size = self.bounds.gradient.iter().fold(most, |size: f64, g| size.max(g.center.abs()));
         // Derivatives by u are half as large from the start.
         let is_stuck =
-            |a: usize| now_by_axis[a] >= SHARE * most && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a]);
+            |a: usize| now_by_axis[a] >= SHARE * size && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a]);
         let is_telling = now.is_infinite() || most.is_infinite() || is_tighter(now, before);
         is_telling && (0..3).any(is_stuck)
     }
@@ -204,12 +205,9 @@ impl<'a> Cover<'a> {
     /// Checks a leaf, at first by its own bounds, then by those of its children. One without nodes between its corners may
     /// be cut with or without its centre.
     fn check_with(&self, leaf: &Leaf, set: NodeSet, values: &[f64; LOCAL_NODES]) -> Checked {
-        if leaf.uncertain {
-            return Checked::Failed(*leaf);
-        }
         let sides = self.lattice.sides(&leaf.cell);
         let offset = self.offset(&leaf.cell);
-        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, ..*leaf };
+        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, uncertain: false, ..*leaf };
         let whole = [Piece::whole(&leaf.bounds)];
         let cuts = if set.is_plain() { [NodeSet::CORNERS, NodeSet::PLAIN] } else { [set; 2] };
         for set in cuts {
