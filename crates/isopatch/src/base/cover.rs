@@ -24,7 +24,7 @@ pub(super) struct CoverOptions {
 pub(super) struct Leaf {
     pub(super) cell: Cell,
     pub(super) bounds: Bounds,
-    /// How often in a row the bounds of ∇f did not get tighter from parent to child.
+    /// How often the bounds of ∇f did not get tighter from parent to child, less [`RELIEF`] for each time they did.
     stalls: u8,
     /// How often in a row only the sides of the box were in the way.
     side_doubts: u8,
@@ -36,12 +36,15 @@ pub(super) struct Leaf {
 
 /// ∇f is taken not to be continuous in a cell if its bounds stay as wide as they are, while those of f get narrower, in so
 /// many halvings.
-const PATIENCE: u8 = 6;
+const PATIENCE: u8 = 5;
+
+/// What a halving counts that makes the bounds of ∇f tighter: cells on a kink sometimes lose one of its branches.
+const RELIEF: u8 = 1;
 
 /// The same where f has no value at the centre: there is not much to be expected.
 const PATIENCE_WITHOUT_VALUE: u8 = 2;
 
-/// Components of ∇f with bounds below this share of the widest do not matter for that.
+/// Components of ∇f with bounds narrower than this share of ∇f do not matter for that.
 const SHARE: f64 = 0.1;
 
 /// Bounds that shrink to this share or less in a halving get tighter.
@@ -55,8 +58,8 @@ impl Leaf {
     fn of(field: &dyn Field, lattice: &Lattice, cell: Cell, parent: Option<&Leaf>) -> (Self, bool) {
         let space = lattice.cell_box(&cell);
         let (value, slopes) = field.linear_gradient_range(&space);
-        let range = field.range(&space);
-        let is_empty = value.excludes_zero() || range.lo > 0.0 || range.hi < 0.0;
+        // Far from the surface, plain intervals can be tighter.
+        let is_empty = value.excludes_zero() || !field.range(&space).contains(0.0);
         let half = 0.5 * space.size();
         let gradient = [0, 1, 2].map(|i| slopes[i].scaled(half[i]));
         let side_doubts = parent.map_or(0, |p| p.side_doubts);
@@ -64,9 +67,8 @@ impl Leaf {
         let mut leaf = Self { cell, bounds, stalls: 0, side_doubts, passed: None, uncertain: false };
         if let Some(parent) = parent {
             leaf.uncertain = parent.uncertain;
-            if leaf.is_stuck_after(parent) {
-                leaf.stalls = parent.stalls + 1;
-            }
+            let is_stuck = leaf.is_stuck_after(parent);
+            leaf.stalls = if is_stuck { parent.stalls + 1 } else { parent.stalls.saturating_sub(RELIEF) };
             let has_value = value.radius().is_finite() || !field.value(space.center()).is_nan();
             leaf.uncertain |= leaf.stalls >= if has_value { PATIENCE } else { PATIENCE_WITHOUT_VALUE };
         }
@@ -80,15 +82,12 @@ impl Leaf {
         let radii = |leaf: &Self| leaf.bounds.gradient.map(|g| g.radius());
         let (now_by_axis, before_by_axis) = (radii(self), radii(parent));
         let most = now_by_axis.iter().fold(0.0, |most: f64, r| most.max(*r));
+        let size = self.bounds.gradient.iter().fold(most, |size: f64, g| size.max(g.center.abs()));
         // Derivatives by u are half as large from the start.
         let is_stuck =
-            |a: usize| now_by_axis[a] >= SHARE * most && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a]);
-        (now.is_infinite() || is_tighter(now, before)) && (0..3).any(is_stuck)
-    }
-
-    /// Did halving not make the bounds of ∇f tighter?
-    pub(super) fn is_stuck(&self) -> bool {
-        self.stalls >= PATIENCE_WITHOUT_VALUE
+            |a: usize| now_by_axis[a] >= SHARE * size && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a]);
+        let is_telling = now.is_infinite() || most.is_infinite() || is_tighter(now, before);
+        is_telling && (0..3).any(is_stuck)
     }
 
     /// Can f and ∇f both vanish in the cell, by their bounds?
@@ -123,7 +122,7 @@ fn open(children: [(Leaf, bool); 8]) -> impl Iterator<Item = Leaf> {
 enum Checked {
     Passed(Leaf),
     /// To be replaced by these.
-    Split([(Leaf, bool); 8]),
+    Split(Box<[(Leaf, bool); 8]>),
     /// As fine as can be, and in doubt.
     Failed(Leaf),
 }
@@ -179,7 +178,7 @@ impl<'a> Cover<'a> {
                 match checked {
                     Checked::Passed(leaf) => cover.leaves.push(leaf),
                     Checked::Failed(leaf) => cover.leaves.push(Leaf { uncertain: true, ..leaf }),
-                    Checked::Split(children) => next.extend(open(children)),
+                    Checked::Split(children) => next.extend(open(*children)),
                 }
             }
             report(&lattice, &next)?;
@@ -198,7 +197,7 @@ impl<'a> Cover<'a> {
         NodeSet::PLAIN.iter().zip(f).for_each(|(n, f)| values[n] = f);
         let is_crossed = f.iter().any(|v| (*v < 0.0) != (f[0] < 0.0));
         if is_crossed && !leaf.is_flat(self.options.turn) && leaf.can_be_split() {
-            return Checked::Split(leaf.children(self.field, &self.lattice));
+            return Checked::Split(Box::new(leaf.children(self.field, &self.lattice)));
         }
         self.check_with(leaf, NodeSet::CORNERS, &values)
     }
@@ -206,12 +205,9 @@ impl<'a> Cover<'a> {
     /// Checks a leaf, at first by its own bounds, then by those of its children. One without nodes between its corners may
     /// be cut with or without its centre.
     fn check_with(&self, leaf: &Leaf, set: NodeSet, values: &[f64; LOCAL_NODES]) -> Checked {
-        if leaf.uncertain {
-            return Checked::Failed(*leaf);
-        }
         let sides = self.lattice.sides(&leaf.cell);
         let offset = self.offset(&leaf.cell);
-        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, ..*leaf };
+        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, uncertain: false, ..*leaf };
         let whole = [Piece::whole(&leaf.bounds)];
         let cuts = if set.is_plain() { [NodeSet::CORNERS, NodeSet::PLAIN] } else { [set; 2] };
         for set in cuts {
@@ -232,7 +228,7 @@ impl<'a> Cover<'a> {
                     return Checked::Failed(*leaf);
                 }
                 let with_doubts = |(child, is_empty)| (Leaf { side_doubts, ..child }, is_empty);
-                Checked::Split(children.map(with_doubts))
+                Checked::Split(Box::new(children.map(with_doubts)))
             }
         }
     }
@@ -310,7 +306,7 @@ impl<'a> Cover<'a> {
                     Checked::Split(children) if room >= 8 => {
                         room -= 8;
                         is_changed = true;
-                        leaves.extend(open(children));
+                        leaves.extend(open(*children));
                     }
                     Checked::Failed(_) | Checked::Split(_) => leaves.push(Leaf { uncertain: true, ..*leaf }),
                 }

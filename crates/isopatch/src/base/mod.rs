@@ -46,6 +46,9 @@ mod open_fixtures;
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod open_tests;
 #[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod seed_tests;
+#[cfg(test)]
 mod test_fields;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]

@@ -74,7 +74,7 @@ pub fn polygonize(
     let mut done =
         Polygonization { mesh, certified: is_certain, cells: cover.leaves.len(), step: step(&cover, &nodes) };
     if !is_certain {
-        refuse_unresolved(&cover)?;
+        refuse_unresolved(&cover, &nodes)?;
         settle(&mut cover, &mut done, bounds)?;
         if done.mesh.faces.is_empty() {
             return Err(no_surface(field, region, false));
@@ -134,12 +134,16 @@ fn refuse_singular(field: &dyn Field, lattice: &Lattice, open: &[Leaf]) -> Resul
 /// How many unresolved cells an error shows.
 const SHOWN: usize = 4;
 
+/// |∇f| below this share of its usual size on the surface says that a singular point may be near; on a kink it is larger.
+const FLAT: f64 = 1e-2;
+
 /// Fails if there are cells as small as can be in which the surface may be singular.
-fn refuse_unresolved(cover: &Cover<'_>) -> Result<(), BaseError> {
+fn refuse_unresolved(cover: &Cover<'_>, nodes: &Nodes) -> Result<(), BaseError> {
+    let slope = |leaf: &Leaf| cover.field().gradient(center(&cover.lattice, leaf)).1.norm();
+    let typical = median(crossed(cover, nodes).map(slope).collect());
     let unresolved: Vec<&Leaf> = (cover.leaves.iter())
-        .filter(|leaf| {
-            leaf.uncertain && leaf.cell.level == DEEPEST && !leaf.is_stuck() && leaf.may_be_singular()
-        })
+        .filter(|leaf| leaf.uncertain && leaf.cell.level == DEEPEST && leaf.may_be_singular())
+        .filter(|leaf| slope(leaf) <= FLAT * typical)
         .collect();
     if unresolved.is_empty() {
         return Ok(());
