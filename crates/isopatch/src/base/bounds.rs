@@ -150,7 +150,8 @@ pub fn outside_is_negative(field: &dyn Field, bounds: &Aabb) -> Result<bool, Bas
     let region = tighten(field, bounds)?;
     let is_side = |i: usize| i == 0 || i == SIGN_SAMPLES - 1;
     let share = |i: usize| i as f64 / (SIGN_SAMPLES - 1) as f64;
-    let place = |n: usize| [n % SIGN_SAMPLES, n / SIGN_SAMPLES % SIGN_SAMPLES, n / SIGN_SAMPLES / SIGN_SAMPLES];
+    let place =
+        |n: usize| [n % SIGN_SAMPLES, n / SIGN_SAMPLES % SIGN_SAMPLES, n / SIGN_SAMPLES / SIGN_SAMPLES];
     let points: Points = (0..SIGN_SAMPLES.pow(3))
         .map(place)
         .filter(|at| at.iter().any(|i| is_side(*i)))

@@ -94,7 +94,8 @@ fn check_sides(
     rounding: f64,
 ) -> bool {
     // For each axis: not on a side, on the lower or on the upper one.
-    let choices = sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
+    let choices =
+        sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
     let mut passes = true;
     for x in choices[0].into_iter().flatten() {
         for y in choices[1].into_iter().flatten() {
@@ -183,7 +184,8 @@ mod tests {
     #[test]
     fn gradients_of_linear_functions_are_exact() {
         let values = sampled(|[x, y, z]| 0.3 + 2.0 * x - 3.0 * y + 0.5 * z);
-        for set in [NodeSet::PLAIN, NodeSet::beside_finer(|n| n == 1), NodeSet::beside_finer(|n| n % 4 == 1)] {
+        for set in [NodeSet::PLAIN, NodeSet::beside_finer(|n| n == 1), NodeSet::beside_finer(|n| n % 4 == 1)]
+        {
             let mut count = 0;
             for_triangles(&cell(), set, |t| {
                 count += 1;
@@ -211,7 +213,10 @@ mod tests {
         let wrong = Bounds { value: plane.value, gradient: [-1.0, 0.0, -0.2].map(constant) };
         assert_eq!(check(&wrong, &values, &INSIDE), Err(Doubt::Inside));
         // Along the side z = −1 the function z + x²/4 hardly changes.
-        let bowl = Bounds { value: z + x.square().scaled(0.25), gradient: [x.scaled(0.5), constant(0.0), constant(1.0)] };
+        let bowl = Bounds {
+            value: z + x.square().scaled(0.25),
+            gradient: [x.scaled(0.5), constant(0.0), constant(1.0)],
+        };
         let values = sampled(|[x, _, z]| z + 0.25 * x * x);
         assert_eq!(check(&bowl, &values, &INSIDE), Ok(()));
         let lowest = [[false; 2], [false; 2], [true, false]];

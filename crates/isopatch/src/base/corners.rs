@@ -38,7 +38,8 @@ pub(super) fn gather_at_corners(field: &dyn Field, mesh: TriangleMesh) -> Result
     let Some(connectivity) = Connectivity::from_faces(mesh.positions.len(), &mesh.faces) else {
         return Ok(mesh);
     };
-    let mut work = Gathering { connectivity, sides: clip.sides.clone(), positions: mesh.positions.clone(), bounds };
+    let mut work =
+        Gathering { connectivity, sides: clip.sides.clone(), positions: mesh.positions.clone(), bounds };
     for corner in passed {
         let here = work.vertices_of(field, &corner, reach);
         work.gather(&here, corner).ok_or(BaseError::TouchesCorner { at: corner })?;
@@ -115,5 +116,38 @@ impl Gathering {
             faces: self.connectivity.faces().collect(),
             clip: Some(Clip { bounds: self.bounds, sides }),
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::base::test_fields::{cube, field};
+    use crate::base::{SeedOptions, seed_mesh};
+
+    fn corners_of(text: &str) -> usize {
+        let seed = seed_mesh(&field(text), &cube(1.0), None, &SeedOptions::default()).unwrap();
+        let clip = seed.mesh.clip.unwrap();
+        let at_corner = |v: &usize| clip.sides[*v].len() == 3;
+        let found: Vec<usize> = (0..clip.sides.len()).filter(at_corner).collect();
+        assert!(found.iter().all(|v| clip.bounds.corners().contains(&seed.mesh.positions[*v])));
+        found.len()
+    }
+
+    #[test]
+    fn a_surface_through_corners_has_a_vertex_there() {
+        // The border leaves (1, 1, −1) through two sides in both; one sign change on its edges, or two.
+        assert_eq!(corners_of("x+2y+3z"), 2);
+        assert_eq!(corners_of("x+y+2z"), 2);
+        assert_eq!(corners_of("x-2y+z"), 2);
+        assert_eq!(corners_of("x+y+z"), 0);
+    }
+
+    #[test]
+    fn a_corner_that_the_surface_cuts_off_by_rounding_alone_is_refused() {
+        let error =
+            seed_mesh(&field("x+y+z-3+1e-13"), &cube(1.0), None, &SeedOptions::default()).unwrap_err();
+        assert!(matches!(error, BaseError::TouchesCorner { .. } | BaseError::NoSurface { .. }), "{error}");
     }
 }

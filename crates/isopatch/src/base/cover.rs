@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::certificate::{Bounds, Doubt, check, has_one_sign};
-use super::octree::{Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings};
+use super::octree::{
+    Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings,
+};
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
 use crate::geom::{Affine, Point3, Points};
@@ -266,13 +268,21 @@ impl<'a> Cover<'a> {
             return Ok(());
         }
         let sides = self.lattice.sides(&leaf.cell);
-        check(&leaf.cell, &leaf.bounds, set, &nodes.local_values(i, &leaf.cell), &sides, self.offset(&leaf.cell))
+        check(
+            &leaf.cell,
+            &leaf.bounds,
+            set,
+            &nodes.local_values(i, &leaf.cell),
+            &sides,
+            self.offset(&leaf.cell),
+        )
     }
 
     /// How far rounding moves nodes, in half edges of the cell.
     fn offset(&self, cell: &Cell) -> f64 {
         let space = self.lattice.cell_box(cell);
-        let (half, reach) = (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
+        let (half, reach) =
+            (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
         f64::EPSILON * reach.max() / half
     }
 
@@ -375,7 +385,11 @@ fn touches(child: &Cell, cell: &Cell, corner: usize, side: usize) -> bool {
     let axis = side / 2;
     (0..3).all(|a| {
         let (low, high) = (child.corner[a], child.corner[a] + child.edge());
-        if a == axis { node[a] == if side % 2 == 1 { low } else { high } } else { node[a] == low || node[a] == high }
+        if a == axis {
+            node[a] == if side % 2 == 1 { low } else { high }
+        } else {
+            node[a] == low || node[a] == high
+        }
     })
 }
 

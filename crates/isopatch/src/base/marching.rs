@@ -89,7 +89,8 @@ pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<T
 fn cut(corners: [usize; 4], is_inside: [bool; 4], vertices: &mut Vertices<'_>, faces: &mut Vec<[u32; 3]>) {
     let count = is_inside.iter().filter(|inside| **inside).count();
     if count == 2 {
-        let order = TWO_FIRST.into_iter().find(|o| is_inside[o[0]] && is_inside[o[1]]).unwrap_or(TWO_FIRST[0]);
+        let order =
+            TWO_FIRST.into_iter().find(|o| is_inside[o[0]] && is_inside[o[1]]).unwrap_or(TWO_FIRST[0]);
         let [a, b, c, d] = order.map(|k| corners[k]);
         let quad = [(a, c), (a, d), (b, d), (b, c)].map(|(p, q)| vertices.on(p, q));
         let length = |i: usize, j: usize| {

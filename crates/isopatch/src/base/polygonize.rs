@@ -70,7 +70,8 @@ pub fn polygonize(
     if mesh.faces.is_empty() && is_certain {
         return Err(no_surface(field, region, true));
     }
-    let mut done = Polygonization { mesh, certified: is_certain, cells: cover.leaves.len(), step: step(&cover, &nodes) };
+    let mut done =
+        Polygonization { mesh, certified: is_certain, cells: cover.leaves.len(), step: step(&cover, &nodes) };
     if !is_certain {
         refuse_unresolved(&cover)?;
         settle(&mut cover, &mut done, bounds)?;
@@ -140,7 +141,11 @@ fn refuse_unresolved(cover: &Cover<'_>) -> Result<(), BaseError> {
     if unresolved.is_empty() {
         return Ok(());
     }
-    refuse_singular(cover.field(), &cover.lattice, &unresolved.iter().map(|leaf| **leaf).collect::<Vec<_>>())?;
+    refuse_singular(
+        cover.field(),
+        &cover.lattice,
+        &unresolved.iter().map(|leaf| **leaf).collect::<Vec<_>>(),
+    )?;
     Err(unresolved_cells(cover, &unresolved))
 }
 

@@ -7,7 +7,7 @@ use super::clip::BoxSide;
 use super::connectivity::Connectivity;
 use super::corners::gather_at_corners;
 use super::error::BaseError;
-use super::polygonize::{PolygonizeOptions, Polygonization, polygonize};
+use super::polygonize::{Polygonization, PolygonizeOptions, polygonize};
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::RemeshOptions;
 use super::shape::{largest_curvature, unit_or_zero};

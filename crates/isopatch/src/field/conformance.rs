@@ -106,11 +106,15 @@ fn check_ranges(field: &dyn Field, cell: &Aabb, sequence: &mut Sequence) {
 
 fn check_linear(linear: &Affine, cell: &Aabb, p: &Point3, value: f64) {
     assert!(linear.range().contains(value), "{value} outside {linear:?} at {p:?} of {cell:?}");
-    let share = (p - cell.center()).component_div(&(0.5 * cell.size())).map(|u| if u.is_finite() { u } else { 0.0 });
+    let share =
+        (p - cell.center()).component_div(&(0.5 * cell.size())).map(|u| if u.is_finite() { u } else { 0.0 });
     let predicted = linear.center + (0..3).map(|i| linear.slope[i] * share[i]).sum::<f64>();
     // The position in the cell was rounded.
     let rounding = 1e-9 * linear.radius() + 4.0 * f64::EPSILON * linear.center.abs();
-    assert!((value - predicted).abs() <= linear.error + rounding, "{value} against {linear:?} at {p:?} of {cell:?}");
+    assert!(
+        (value - predicted).abs() <= linear.error + rounding,
+        "{value} against {linear:?} at {p:?} of {cell:?}"
+    );
 }
 
 /// All of space, and half of it, are cells like any other.

@@ -195,7 +195,8 @@ impl Field for Formula {
     }
 
     fn linear_gradient_range(&self, cell: &Aabb) -> (Affine, [Affine; 3]) {
-        let [f, x, y, z] = self.gradient_tape().evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
+        let [f, x, y, z] =
+            self.gradient_tape().evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
         (f, [x, y, z])
     }
 
