@@ -5,14 +5,14 @@
 //! other cells interval bounds exclude zeros of f.
 //!
 //! **Claim.** {g = 0} is isotopic to {f = 0} in the box, if
-//! 1. for every tetrahedron T of every leaf C: g_T · A∇f(x) > 0 for all x ∈ C, with A = diag(h₁², h₂², h₃²), h the edges
-//!    of a leaf; or f and g have one and the same sign on T;
-//! 2. for every face, edge or corner S of the box that T meets: the same with the components along S alone, or f and g
-//!    have one and the same sign on T ∩ S;
+//! 1. for every tetrahedron T and all x ∈ T: g_T · A∇f(x) > 0, with A = diag(h₁², h₂², h₃²), h the edges of a leaf; or f
+//!    and g have one and the same sign at x;
+//! 2. for every face, edge or corner S of the box and all x ∈ T ∩ S: the same with the components along S alone, or f and
+//!    g have one and the same sign at x;
 //! 3. where a leaf borders on a cell without zeros, g has at the common nodes the sign that f has there.
 //!
 //! **Proof.** Let F_t = (1 − t) g + t f, 0 ≤ t ≤ 1, and v = A∇f. At a zero p of F_t, f(p) and g(p) do not both have the
-//! same sign, so by 1 every T ∋ p has g_T · v(x) > 0 for x near p, and ∇f · v > 0 follows (v ≠ 0). Hence all of Clarke's
+//! same sign, so by 1 every T ∋ p has g_T · v(p) > 0, and ∇f · v > 0 follows (v ≠ 0). Hence all of Clarke's
 //! generalised gradient of F_t at p, the hull of (1 − t) g_T + t∇f(p), is positive along v: F_t is strictly monotonic
 //! along the flow of v near p. By 2, v can be replaced near the boundary of the box by a field that is tangential to all
 //! its faces and edges, blended by a partition of unity; monotonicity stays. By 3 there is no zero of F_t on the rest of
@@ -24,11 +24,12 @@
 //! positive, which is a small change of g, and condition 1 is strict. Moving the mesh's vertices along the edges of
 //! the tetrahedra, away from their ends, is another isotopy.
 //!
-//! g_T is computed in the coordinates u ∈ [−1, 1]³ of the leaf, where A is the identity.
+//! g_T is computed in the coordinates u ∈ [−1, 1]³ of the leaf, where A is the identity. Bounds of f and ∇f hold over the
+//! whole leaf or, tighter, over its eight children.
 
 use super::octree::Cell;
-use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, for_triangles, local};
-use crate::geom::Affine;
+use super::tetrahedra::{LOCAL_NODES, NodeSet, for_tetrahedra, local};
+use crate::geom::{Affine, Vec3};
 
 /// What is known of f and ∇f over a leaf.
 #[derive(Clone, Copy, Debug)]
@@ -57,10 +58,11 @@ pub(super) fn place(node: usize) -> [f64; 3] {
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Checks conditions 1 and 2 for a leaf: `values` of g at its local nodes (those in `nodes` are read), `sides` which sides
-/// of the box it touches, `offset` how far the computed nodes may be from the ideal ones, in units of u.
+/// of the box it touches, `offset` how far the computed nodes may be from the ideal ones, in units of u. The `pieces`
+/// cover the leaf.
 pub(super) fn check(
     cell: &Cell,
-    bounds: &Bounds,
+    pieces: &[Piece],
     nodes: NodeSet,
     values: &[f64; LOCAL_NODES],
     sides: &[[bool; 2]; 3],
@@ -69,101 +71,179 @@ pub(super) fn check(
     let mut doubt = Ok(());
     let rounding = ROUNDING + ROUNDING / f64::EPSILON * offset;
     let on_boundary = sides.iter().flatten().any(|s| *s);
-    for_triangles(cell, nodes, |[a, b, c]| {
-        let corners = [CENTER, a, b, c];
-        if doubt == Err(Doubt::Inside) || has_one_sign(&bounds.value, &corners, values) {
+    for_tetrahedra(cell, nodes, |corners| {
+        if doubt == Err(Doubt::Inside) {
             return;
         }
-        let gradient = linear_gradient([a, b, c], values);
-        if !is_positive(&gradient, &bounds.gradient, [true; 3], rounding) {
+        let linear = interpolation(corners, values);
+        let gradient = linear.slope;
+        let holds = |corners: &[usize], on: Side| {
+            pieces.iter().all(|piece| {
+                let Some(region) = piece.region(corners, on) else { return true };
+                piece.has_one_sign(&linear, &region, rounding) || piece.is_rising(&gradient, on, &region, rounding)
+            })
+        };
+        if !holds(&corners, INSIDE) {
             doubt = Err(Doubt::Inside);
-        } else if on_boundary && !check_sides(bounds, &corners, values, &gradient, sides, rounding) {
+        } else if on_boundary && !sides_of(sides).all(|on| holds(&corners, on)) {
             doubt = Err(Doubt::OnSide);
         }
     });
     doubt
 }
 
-/// Condition 2 for one tetrahedron.
-fn check_sides(
-    bounds: &Bounds,
-    corners: &[usize; 4],
-    values: &[f64; LOCAL_NODES],
-    gradient: &[f64; 3],
-    sides: &[[bool; 2]; 3],
-    rounding: f64,
-) -> bool {
-    // For each axis: not on a side, on the lower or on the upper one.
-    let choices =
-        sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
-    let mut passes = true;
-    for x in choices[0].into_iter().flatten() {
-        for y in choices[1].into_iter().flatten() {
-            for z in choices[2].into_iter().flatten() {
-                let on = [x, y, z];
-                let lies = |n: &&usize| (0..3).all(|a| on[a].is_none_or(|s| local(**n)[a] == s));
-                let common: Vec<usize> = corners.iter().filter(lies).copied().collect();
-                if on == [None; 3] || common.is_empty() || has_one_sign(&bounds.value, &common, values) {
-                    continue;
-                }
-                let restricted = bounds.gradient.map(|form| restrict(form, on));
-                passes &= is_positive(gradient, &restricted, on.map(|s| s.is_none()), rounding);
+/// For each axis, the local coordinate that is fixed: 0 on the lower, 2 on the upper side of the leaf.
+type Side = [Option<u32>; 3];
+
+const INSIDE: Side = [None; 3];
+
+/// The faces, edges and corners of the box that a leaf touches.
+fn sides_of(sides: &[[bool; 2]; 3]) -> impl Iterator<Item = Side> {
+    let choices = sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
+    let [x, y, z] = choices.map(|c| c.into_iter().flatten());
+    let all = x.flat_map(move |x| {
+        let z = z.clone();
+        y.clone().flat_map(move |y| z.clone().map(move |z| [x, y, z]))
+    });
+    all.filter(|on| *on != INSIDE)
+}
+
+/// A linear function and a bound on the rest.
+#[derive(Clone, Copy)]
+struct Linear {
+    center: f64,
+    slope: [f64; 3],
+    error: f64,
+}
+
+/// Part of a leaf with bounds that hold there.
+pub(super) struct Piece {
+    /// In coordinates of the leaf: its centre, and half its edge.
+    center: [f64; 3],
+    half: f64,
+    bounds: Bounds,
+}
+
+/// Where a linear function is looked at, in coordinates of the piece: the hull of points, or a box with centre and half edges.
+enum Region {
+    Hull([[f64; 3]; 4], usize),
+    Box([f64; 3], [f64; 3]),
+}
+
+impl Linear {
+    /// Smallest and largest value.
+    fn range(&self, region: &Region) -> [f64; 2] {
+        let at = |p: &[f64; 3]| self.center + (0..3).map(|i| self.slope[i] * p[i]).sum::<f64>();
+        let [low, high] = match region {
+            Region::Hull(points, count) => points[..*count]
+                .iter()
+                .map(at)
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]),
+            Region::Box(center, half) => {
+                let spread: f64 = (0..3).map(|i| self.slope[i].abs() * half[i]).sum();
+                [at(center) - spread, at(center) + spread]
             }
-        }
+        };
+        [low - self.error, high + self.error]
     }
-    passes
-}
 
-/// The linear function on the part of the leaf where some coordinates are fixed to those of local nodes.
-fn restrict(mut form: Affine, on: [Option<u32>; 3]) -> Affine {
-    for axis in 0..3 {
-        if let Some(side) = on[axis] {
-            form.center += form.slope[axis] * (f64::from(side) - 1.0);
-            form.slope[axis] = 0.0;
-        }
+    fn size(&self) -> f64 {
+        self.center.abs() + self.slope.iter().map(|s| s.abs()).sum::<f64>() + self.error
     }
-    form
 }
 
-/// Have f, by its bounds, and g one and the same sign on the hull of these nodes?
-pub(super) fn has_one_sign(f: &Affine, nodes: &[usize], values: &[f64; LOCAL_NODES]) -> bool {
-    let size = f.center.abs() + f.slope.iter().map(|s| s.abs()).sum::<f64>();
-    let slack = f.error + ROUNDING * size;
-    let linear = |n: usize| {
-        let u = place(n);
-        f.center + f.slope[0] * u[0] + f.slope[1] * u[1] + f.slope[2] * u[2]
-    };
-    nodes.iter().all(|n| values[*n] < 0.0 && linear(*n) < -slack)
-        || nodes.iter().all(|n| values[*n] >= 0.0 && linear(*n) > slack)
+impl From<&Affine> for Linear {
+    fn from(form: &Affine) -> Self {
+        Self { center: form.center, slope: form.slope, error: form.error }
+    }
 }
 
-/// Gradient by u of the linear function with the given values at the centre and at three nodes of one side.
-fn linear_gradient(triangle: [usize; 3], values: &[f64; LOCAL_NODES]) -> [f64; 3] {
-    let [p, q, r] = triangle.map(place);
-    let [fp, fq, fr] = triangle.map(|n| values[n]);
-    // The side is where one coordinate is ±1 for all three.
-    let axis = (0..3).find(|a| p[*a] == q[*a] && q[*a] == r[*a]).unwrap_or(0);
-    let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-    let (qb, qc, rb, rc) = (q[b] - p[b], q[c] - p[c], r[b] - p[b], r[c] - p[c]);
-    let determinant = qb * rc - qc * rb;
-    let (dq, dr) = (fq - fp, fr - fp);
-    let mut gradient = [0.0; 3];
-    gradient[b] = (dq * rc - dr * qc) / determinant;
-    gradient[c] = (qb * dr - rb * dq) / determinant;
-    gradient[axis] = p[axis] * (fp - values[CENTER] - gradient[b] * p[b] - gradient[c] * p[c]);
-    gradient
+impl Piece {
+    /// The whole leaf.
+    pub(super) fn whole(bounds: &Bounds) -> Self {
+        Self { center: [0.0; 3], half: 1.0, bounds: *bounds }
+    }
+
+    /// A child, by its number; derivatives of its bounds are by its own half edges.
+    pub(super) fn child(number: usize, bounds: &Bounds) -> Self {
+        let center = [0, 1, 2].map(|a| if number >> a & 1 == 1 { 0.5 } else { -0.5 });
+        let gradient = bounds.gradient.map(|form| form.scaled(2.0));
+        Self { center, half: 0.5, bounds: Bounds { gradient, ..*bounds } }
+    }
+
+    /// Where a tetrahedron and the piece overlap on a side of the leaf, or something larger; none if they do not.
+    fn region(&self, corners: &[usize], on: Side) -> Option<Region> {
+        let lies = |n: &usize| (0..3).all(|a| on[a].is_none_or(|s| local(*n)[a] == s));
+        let mut points = [[0.0; 3]; 4];
+        let mut count = 0;
+        for n in corners.iter().filter(|n| lies(n)) {
+            points[count] = place(*n);
+            count += 1;
+        }
+        if count == 0 {
+            return None;
+        }
+        if self.half == 1.0 {
+            return Some(Region::Hull(points, count));
+        }
+        let (mut center, mut half) = ([0.0; 3], [0.0; 3]);
+        for a in 0..3 {
+            let ends = points[..count].iter().map(|p| p[a]);
+            let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            let [l, h] = [low.max(self.center[a] - self.half), high.min(self.center[a] + self.half)];
+            // Where the tetrahedron extends along the axis, a common plane is covered by the next piece as well.
+            if l > h || (l == h && low < high) {
+                return None;
+            }
+            center[a] = (0.5 * (l + h) - self.center[a]) / self.half;
+            half[a] = 0.5 * (h - l) / self.half;
+        }
+        Some(Region::Box(center, half))
+    }
+
+    /// Have f and g one and the same sign there? g is given by the coordinates of the leaf.
+    fn has_one_sign(&self, g: &Linear, region: &Region, rounding: f64) -> bool {
+        let f = Linear::from(&self.bounds.value);
+        let at_center = g.center + (0..3).map(|i| g.slope[i] * self.center[i]).sum::<f64>();
+        let g = Linear { center: at_center, slope: g.slope.map(|s| s * self.half), error: rounding * g.size() };
+        let ([f_low, f_high], [g_low, g_high]) = (f.range(region), g.range(region));
+        let slack = rounding * f.size();
+        (f_low > slack && g_low > 0.0) || (f_high < -slack && g_high < 0.0)
+    }
+
+    /// Is g_T · ∇f positive there, by the components along the side?
+    fn is_rising(&self, g: &[f64; 3], on: Side, region: &Region, rounding: f64) -> bool {
+        let f = &self.bounds.gradient;
+        let axes = || (0..3).filter(|a| on[*a].is_none());
+        // Where components of ∇f change together, their changes are added before anything else.
+        let product = Linear {
+            center: axes().map(|i| g[i] * f[i].center).sum(),
+            slope: [0, 1, 2].map(|j| axes().map(|i| g[i] * f[i].slope[j]).sum()),
+            error: axes().map(|i| g[i].abs() * f[i].error).sum(),
+        };
+        let scale: f64 = axes().map(|i| f[i].center.abs() + f[i].radius()).sum();
+        let size: f64 = g.iter().map(|x| x.abs()).sum();
+        product.range(region)[0] > rounding * size * scale
+    }
 }
 
-/// Is g_T · ∇f positive over the leaf, by the components along the axes in `along`?
-fn is_positive(g: &[f64; 3], f: &[Affine; 3], along: [bool; 3], rounding: f64) -> bool {
-    let axes = || (0..3).filter(|a| along[*a]);
-    let center: f64 = axes().map(|i| g[i] * f[i].center).sum();
-    // Where components of ∇f change together, their changes are added before their size is taken.
-    let spread: f64 = (0..3).map(|j| axes().map(|i| g[i] * f[i].slope[j]).sum::<f64>().abs()).sum();
-    let error: f64 = axes().map(|i| g[i].abs() * f[i].error).sum();
-    let size: f64 = g.iter().map(|x| x.abs()).sum();
-    let scale: f64 = axes().map(|i| f[i].center.abs() + f[i].radius()).sum();
-    center > spread + error + rounding * size * scale
+/// Has g the sign at a node that f has by its bounds?
+pub(super) fn has_sign_of(f: &Affine, node: usize, value: f64) -> bool {
+    let (mut points, f) = ([[0.0; 3]; 4], Linear::from(f));
+    points[0] = place(node);
+    let [low, high] = f.range(&Region::Hull(points, 1));
+    let slack = ROUNDING * f.size();
+    if value < 0.0 { high < -slack } else { low > slack }
+}
+
+/// The linear function of u with the given values at the corners of a tetrahedron.
+fn interpolation(corners: [usize; 4], values: &[f64; LOCAL_NODES]) -> Linear {
+    let [o, a, b, c] = corners.map(|n| Vec3::from(place(n)));
+    let [fo, fa, fb, fc] = corners.map(|n| values[n]);
+    let (a, b, c) = (a - o, b - o, c - o);
+    let (bc, ca, ab) = (b.cross(&c), c.cross(&a), a.cross(&b));
+    let gradient = ((fa - fo) * bc + (fb - fo) * ca + (fc - fo) * ab) / a.dot(&bc);
+    Linear { center: fo - gradient.dot(&o), slope: gradient.into(), error: 0.0 }
 }
 
 #[cfg(test)]
@@ -179,20 +259,17 @@ mod tests {
         std::array::from_fn(|n| f(place(n)))
     }
 
-    const INSIDE: [[bool; 2]; 3] = [[false; 2]; 3];
+    const AWAY: [[bool; 2]; 3] = [[false; 2]; 3];
 
     #[test]
     fn gradients_of_linear_functions_are_exact() {
         let values = sampled(|[x, y, z]| 0.3 + 2.0 * x - 3.0 * y + 0.5 * z);
-        for set in [NodeSet::PLAIN, NodeSet::beside_finer(|n| n == 1), NodeSet::beside_finer(|n| n % 4 == 1)]
-        {
-            let mut count = 0;
-            for_triangles(&cell(), set, |t| {
-                count += 1;
-                let g = linear_gradient(t, &values);
+        for set in [NodeSet::CORNERS, NodeSet::PLAIN, NodeSet::beside_finer(|n| n == 1), NodeSet::beside_finer(|n| n % 4 == 1)] {
+            for_tetrahedra(&cell(), set, |t| {
+                let Linear { center, slope: g, .. } = interpolation(t, &values);
                 assert!((0..3).all(|i| (g[i] - [2.0, -3.0, 0.5][i]).abs() < 1e-14), "{g:?}");
+                assert!((center - 0.3).abs() < 1e-14);
             });
-            assert!(count >= 12);
         }
     }
 
@@ -204,21 +281,18 @@ mod tests {
         let plane = Bounds { value: x + z.scaled(0.2), gradient: [1.0, 0.0, 0.2].map(constant) };
         let values = sampled(|[x, _, z]| x + 0.2 * z);
         let check = |bounds: &Bounds, values: &[f64; LOCAL_NODES], sides: &[[bool; 2]; 3]| {
-            check(&cell(), bounds, NodeSet::PLAIN, values, sides, 1e-15)
+            check(&cell(), &[Piece::whole(bounds)], NodeSet::PLAIN, values, sides, 1e-15)
         };
-        assert_eq!(check(&plane, &values, &INSIDE), Ok(()));
+        assert_eq!(check(&plane, &values, &AWAY), Ok(()));
         let saddle = Bounds { value: x * y, gradient: [y, x, constant(0.0)] };
-        assert_eq!(check(&saddle, &sampled(|[x, y, _]| x * y), &INSIDE), Err(Doubt::Inside));
+        assert_eq!(check(&saddle, &sampled(|[x, y, _]| x * y), &AWAY), Err(Doubt::Inside));
         // With the true values but a gradient of the wrong sign, nothing may pass.
         let wrong = Bounds { value: plane.value, gradient: [-1.0, 0.0, -0.2].map(constant) };
-        assert_eq!(check(&wrong, &values, &INSIDE), Err(Doubt::Inside));
+        assert_eq!(check(&wrong, &values, &AWAY), Err(Doubt::Inside));
         // Along the side z = −1 the function z + x²/4 hardly changes.
-        let bowl = Bounds {
-            value: z + x.square().scaled(0.25),
-            gradient: [x.scaled(0.5), constant(0.0), constant(1.0)],
-        };
+        let bowl = Bounds { value: z + x.square().scaled(0.25), gradient: [x.scaled(0.5), constant(0.0), constant(1.0)] };
         let values = sampled(|[x, _, z]| z + 0.25 * x * x);
-        assert_eq!(check(&bowl, &values, &INSIDE), Ok(()));
+        assert_eq!(check(&bowl, &values, &AWAY), Ok(()));
         let lowest = [[false; 2], [false; 2], [true, false]];
         assert_eq!(check(&bowl, &values, &lowest), Ok(()), "the surface is inside");
         let lower = Bounds { value: bowl.value + constant(0.9), ..bowl };

@@ -2,18 +2,16 @@
 
 use rayon::prelude::*;
 
-use super::certificate::{Bounds, Doubt, check, has_one_sign};
-use super::octree::{
-    Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings,
-};
+use super::certificate::{Bounds, Doubt, Piece, check, has_sign_of};
+use super::octree::{Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings};
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
-use crate::geom::{Affine, Point3, Points};
+use crate::geom::{Point3, Points};
 
 /// Settings of a [`Cover`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoverOptions {
-    /// Largest change of ∇f over a leaf, from its centre outward, as a share of |∇f|.
+    /// Largest change of ∇f, to first order, from the lower to the upper side of a leaf that meets the surface, as a share of |∇f|.
     pub(super) turn: f64,
     /// Most leaves.
     pub(super) most_leaves: usize,
@@ -41,6 +39,9 @@ const PATIENCE: u8 = 6;
 /// The same where f has no value at the centre: there is not much to be expected.
 const PATIENCE_WITHOUT_VALUE: u8 = 2;
 
+/// Components of ∇f with bounds below this share of the widest do not matter for that.
+const SHARE: f64 = 0.1;
+
 /// Bounds that shrink to this share or less in a halving get tighter.
 const TIGHTER: f64 = 0.75;
 
@@ -48,56 +49,45 @@ const TIGHTER: f64 = 0.75;
 const SIDE_PATIENCE: u8 = 5;
 
 impl Leaf {
-    /// The leaf of a cell; none if f has no zero in it.
-    fn of(field: &dyn Field, lattice: &Lattice, cell: Cell, parent: Option<&Leaf>) -> Option<Self> {
+    /// What is known of a cell, and whether f has no zero in it.
+    fn of(field: &dyn Field, lattice: &Lattice, cell: Cell, parent: Option<&Leaf>) -> (Self, bool) {
         let space = lattice.cell_box(&cell);
-        let value = field.linear_range(&space);
-        if value.excludes_zero() {
-            return None;
-        }
+        let (value, slopes) = field.linear_gradient_range(&space);
         let range = field.range(&space);
-        if range.lo > 0.0 || range.hi < 0.0 {
-            return None;
-        }
-        let (_, slopes) = field.linear_gradient_range(&space);
+        let is_empty = value.excludes_zero() || range.lo > 0.0 || range.hi < 0.0;
         let half = 0.5 * space.size();
         let gradient = [0, 1, 2].map(|i| slopes[i].scaled(half[i]));
-        let mut leaf = Self {
-            cell,
-            bounds: Bounds { value, gradient },
-            stalls: 0,
-            side_doubts: parent.map_or(0, |p| p.side_doubts),
-            passed: None,
-            uncertain: false,
-        };
+        let side_doubts = parent.map_or(0, |p| p.side_doubts);
+        let bounds = Bounds { value, gradient };
+        let mut leaf = Self { cell, bounds, stalls: 0, side_doubts, passed: None, uncertain: false };
         if let Some(parent) = parent {
-            let is_tighter = |now: f64, before: f64| now < TIGHTER * before;
-            // Of children, derivatives by u are half as large from the start.
-            let stuck = !is_tighter(2.0 * leaf.slack(), parent.slack());
-            let (now, before) = (value.radius(), parent.bounds.value.radius());
-            let narrower = is_tighter(now, before) || now.is_infinite();
-            leaf.stalls = if stuck && narrower { parent.stalls + 1 } else { 0 };
-            let patience = match now.is_infinite() && field.value(space.center()).is_nan() {
-                true => PATIENCE_WITHOUT_VALUE,
-                false => PATIENCE,
-            };
-            leaf.uncertain = leaf.stalls >= patience;
+            leaf.uncertain = parent.uncertain;
+            if leaf.is_stuck_after(parent) {
+                leaf.stalls = parent.stalls + 1;
+            }
+            let has_value = value.radius().is_finite() || !field.value(space.center()).is_nan();
+            leaf.uncertain |= leaf.stalls >= if has_value { PATIENCE } else { PATIENCE_WITHOUT_VALUE };
         }
-        Some(leaf)
+        (leaf, is_empty)
     }
 
-    /// Width of the bounds of ∇f, by u.
-    fn slack(&self) -> f64 {
-        self.bounds.gradient.iter().map(Affine::radius).sum()
+    /// Are the bounds of ∇f as wide as those over the parent, although those of f are narrower?
+    fn is_stuck_after(&self, parent: &Self) -> bool {
+        let is_tighter = |now: f64, before: f64| now < TIGHTER * before;
+        let (now, before) = (self.bounds.value.radius(), parent.bounds.value.radius());
+        let radii = |leaf: &Self| leaf.bounds.gradient.map(|g| g.radius());
+        let (now_by_axis, before_by_axis) = (radii(self), radii(parent));
+        let most = now_by_axis.iter().fold(0.0, |most: f64, r| most.max(*r));
+        // Derivatives by u are half as large from the start.
+        let is_stuck = |a: usize| {
+            now_by_axis[a] >= SHARE * most && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a])
+        };
+        (now.is_infinite() || is_tighter(now, before)) && (0..3).any(is_stuck)
     }
 
-    /// Does ∇f stay on the side of its value at the centre, with a margin by `turn`?
-    fn is_flat(&self, turn: f64) -> bool {
-        let g = &self.bounds.gradient;
-        let m = [0, 1, 2].map(|i| g[i].center);
-        let spread: f64 = (0..3).map(|j| (0..3).map(|i| m[i] * g[i].slope[j]).sum::<f64>().abs()).sum();
-        let error: f64 = (0..3).map(|i| m[i].abs() * g[i].error).sum();
-        spread + error < turn * m.iter().map(|x| x * x).sum::<f64>()
+    /// Did halving not make the bounds of ∇f tighter?
+    pub(super) fn is_stuck(&self) -> bool {
+        self.stalls >= PATIENCE_WITHOUT_VALUE
     }
 
     /// Can f and ∇f both vanish in the cell, by their bounds?
@@ -105,14 +95,36 @@ impl Leaf {
         self.bounds.gradient.iter().all(|g| !g.excludes_zero())
     }
 
+    /// Is the change of ∇f over the cell at most `turn`·|∇f|, to first order?
+    fn is_flat(&self, turn: f64) -> bool {
+        let squares = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
+        let g = &self.bounds.gradient;
+        let change: f64 = g.iter().map(|form| squares(form.slope)).sum();
+        4.0 * change <= turn * turn * squares(g.map(|form| form.center))
+    }
+
     fn can_be_split(&self) -> bool {
         self.cell.level < DEEPEST && !self.uncertain
     }
 
-    fn children(&self, field: &dyn Field, lattice: &Lattice) -> Vec<Self> {
-        let cells = self.cell.children();
-        cells.into_iter().filter_map(|cell| Self::of(field, lattice, cell, Some(self))).collect()
+    /// The children, and which of them have no zeros.
+    fn children(&self, field: &dyn Field, lattice: &Lattice) -> [(Self, bool); 8] {
+        self.cell.children().map(|cell| Self::of(field, lattice, cell, Some(self)))
     }
+}
+
+/// Those of the children that may have zeros.
+fn open(children: [(Leaf, bool); 8]) -> impl Iterator<Item = Leaf> {
+    children.into_iter().filter(|(_, is_empty)| !is_empty).map(|(leaf, _)| leaf)
+}
+
+/// A leaf after its check.
+enum Checked {
+    Passed(Leaf),
+    /// To be replaced by these.
+    Split([(Leaf, bool); 8]),
+    /// As fine as can be, and in doubt.
+    Failed(Leaf),
 }
 
 /// Leaves that cover the surface.
@@ -141,33 +153,88 @@ pub(super) struct Nodes {
 const CORNERS: [usize; 8] = [0, 2, 6, 8, 18, 20, 24, 26];
 
 impl<'a> Cover<'a> {
-    /// Halves cells until ∇f hardly turns in them. `report` sees the cells that are not good enough of every level, and may
-    /// stop everything by an error.
+    /// Halves cells until they have their certificates, as far as can be said before they know their neighbours. `report`
+    /// sees the cells of every level that are to be halved, and may stop everything by an error.
     pub(super) fn new<E>(
         field: &'a dyn Field,
         lattice: Lattice,
         options: CoverOptions,
         report: impl Fn(&Lattice, &[Leaf]) -> Result<(), E>,
     ) -> Result<Self, E> {
-        let mut leaves = Vec::new();
-        let mut open: Vec<Leaf> =
-            lattice.root_cells().iter().filter_map(|cell| Leaf::of(field, &lattice, *cell, None)).collect();
-        while !open.is_empty() {
-            open.retain(|leaf| {
-                let is_done = leaf.is_flat(options.turn) || !leaf.can_be_split();
-                if is_done {
-                    leaves.push(*leaf);
-                }
-                !is_done
-            });
-            report(&lattice, &open)?;
-            if leaves.len() + 8 * open.len() > options.most_leaves {
-                leaves.extend(open.iter().map(|leaf| Leaf { uncertain: true, ..*leaf }));
+        let mut cover = Self { field, lattice, options, leaves: Vec::new() };
+        let mut pending: Vec<Leaf> = (lattice.root_cells().iter())
+            .map(|cell| Leaf::of(field, &lattice, *cell, None))
+            .filter(|(_, is_empty)| !is_empty)
+            .map(|(leaf, _)| leaf)
+            .collect();
+        while !pending.is_empty() {
+            if cover.leaves.len() + 8 * pending.len() > options.most_leaves {
+                cover.leaves.extend(pending.iter().map(|leaf| Leaf { uncertain: true, ..*leaf }));
                 break;
             }
-            open = open.par_iter().flat_map_iter(|leaf| leaf.children(field, &lattice)).collect();
+            let checked: Vec<Checked> = pending.par_iter().map(|leaf| cover.check_alone(leaf)).collect();
+            let mut next = Vec::new();
+            for checked in checked {
+                match checked {
+                    Checked::Passed(leaf) => cover.leaves.push(leaf),
+                    Checked::Failed(leaf) => cover.leaves.push(Leaf { uncertain: true, ..leaf }),
+                    Checked::Split(children) => next.extend(open(children)),
+                }
+            }
+            report(&lattice, &next)?;
+            pending = next;
         }
-        Ok(Self { field, lattice, options, leaves })
+        Ok(cover)
+    }
+
+    /// Checks a leaf whose neighbours are not known.
+    fn check_alone(&self, leaf: &Leaf) -> Checked {
+        let mut values = [0.0; LOCAL_NODES];
+        let inside = NodeSet::PLAIN.iter();
+        let points: Points =
+            inside.map(|n| self.lattice.position(leaf.cell.node(local(n)))).collect();
+        let mut f = [0.0; NodeSet::PLAIN_COUNT];
+        self.field.values(points.view(), &mut f);
+        NodeSet::PLAIN.iter().zip(f).for_each(|(n, f)| values[n] = f);
+        let is_crossed = f.iter().any(|v| (*v < 0.0) != (f[0] < 0.0));
+        if is_crossed && !leaf.is_flat(self.options.turn) && leaf.can_be_split() {
+            return Checked::Split(leaf.children(self.field, &self.lattice));
+        }
+        self.check_with(leaf, NodeSet::CORNERS, &values)
+    }
+
+    /// Checks a leaf, at first by its own bounds, then by those of its children. One without nodes between its corners may
+    /// be cut with or without its centre.
+    fn check_with(&self, leaf: &Leaf, set: NodeSet, values: &[f64; LOCAL_NODES]) -> Checked {
+        if leaf.uncertain {
+            return Checked::Failed(*leaf);
+        }
+        let sides = self.lattice.sides(&leaf.cell);
+        let offset = self.offset(&leaf.cell);
+        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, ..*leaf };
+        let whole = [Piece::whole(&leaf.bounds)];
+        let cuts = if set.is_plain() { [NodeSet::CORNERS, NodeSet::PLAIN] } else { [set; 2] };
+        for set in cuts {
+            if check(&leaf.cell, &whole, set, values, &sides, offset).is_ok() {
+                return Checked::Passed(passed(set));
+            }
+        }
+        if !leaf.can_be_split() {
+            return Checked::Failed(*leaf);
+        }
+        let children = leaf.children(self.field, &self.lattice);
+        let pieces: [Piece; 8] = std::array::from_fn(|i| Piece::child(i, &children[i].0.bounds));
+        match check(&leaf.cell, &pieces, cuts[1], values, &sides, offset) {
+            Ok(()) => Checked::Passed(passed(cuts[1])),
+            Err(doubt) => {
+                let side_doubts = if doubt == Doubt::OnSide { leaf.side_doubts + 1 } else { 0 };
+                if side_doubts > SIDE_PATIENCE {
+                    return Checked::Failed(*leaf);
+                }
+                let with_doubts = |(child, is_empty)| (Leaf { side_doubts, ..child }, is_empty);
+                Checked::Split(children.map(with_doubts))
+            }
+        }
     }
 
     /// The function.
@@ -183,36 +250,35 @@ impl<'a> Cover<'a> {
     fn split(&mut self, is_split: &[bool]) {
         let (field, lattice) = (self.field, &self.lattice);
         self.leaves = (self.leaves.par_iter().zip(is_split))
-            .flat_map_iter(|(leaf, split)| match split {
-                true if leaf.uncertain => {
-                    let hopeless = |child| Leaf { uncertain: true, ..child };
-                    leaf.children(field, lattice).into_iter().map(hopeless).collect()
-                }
-                true => leaf.children(field, lattice),
+            .flat_map_iter(|(leaf, is_split)| match is_split {
+                true => open(leaf.children(field, lattice)).collect(),
                 false => vec![*leaf],
             })
             .collect();
     }
 
     /// Splits leaves until those that touch differ by one level at most.
-    fn balance(&mut self) -> (KeyMap<u32>, Vec<Surroundings>) {
+    fn balance(&mut self) -> Vec<Surroundings> {
         loop {
             let cells = self.cells();
             let index = index(&cells);
             let around = surroundings(&self.lattice, &cells, &index);
             if !around.iter().any(|s| s.too_coarse) {
-                return (index, around);
+                return around;
             }
             let too_coarse: Vec<bool> = around.iter().map(|s| s.too_coarse).collect();
             self.split(&too_coarse);
         }
     }
 
-    /// Splits every leaf of the coarsest level.
-    pub(super) fn split_coarsest(&mut self) {
-        let coarsest = self.leaves.iter().map(|leaf| leaf.cell.level).min().unwrap_or(0);
-        let is_split: Vec<bool> =
-            self.leaves.iter().map(|leaf| leaf.cell.level == coarsest && coarsest < DEEPEST).collect();
+    /// Splits every leaf of the coarsest level among those that the surface passes through.
+    pub(super) fn split_coarsest(&mut self, nodes: &Nodes) {
+        let is_crossed = |i: usize, leaf: &Leaf| leaf.cell.level < DEEPEST && nodes.is_crossed(i, &leaf.cell);
+        let leaves = self.leaves.iter().enumerate();
+        let level: Vec<Option<u32>> =
+            leaves.map(|(i, leaf)| is_crossed(i, leaf).then_some(leaf.cell.level)).collect();
+        let coarsest = level.iter().flatten().min().copied();
+        let is_split: Vec<bool> = level.iter().map(|l| l.is_some() && *l == coarsest).collect();
         self.split(&is_split);
     }
 
@@ -231,58 +297,46 @@ impl<'a> Cover<'a> {
     /// Splits leaves until each has a certificate, or no hope for one, and returns the nodes.
     pub(super) fn certify(&mut self) -> Nodes {
         loop {
-            let (_, around) = self.balance();
-            let nodes = self.nodes(&around);
-            let doubts: Vec<Result<(), Doubt>> =
+            let around = self.balance();
+            let mut nodes = self.nodes(&around);
+            let checked: Vec<Checked> =
                 (0..self.leaves.len()).into_par_iter().map(|i| self.check_leaf(i, &nodes)).collect();
-            let mut is_split = vec![false; doubts.len()];
-            let mut room = self.options.most_leaves.saturating_sub(doubts.len());
-            for ((leaf, doubt), is_split) in self.leaves.iter_mut().zip(&doubts).zip(&mut is_split) {
-                match doubt {
-                    Ok(()) => {
-                        leaf.side_doubts = 0;
-                        continue;
+            let mut room = self.options.most_leaves.saturating_sub(checked.len());
+            let mut is_changed = false;
+            let mut leaves = Vec::with_capacity(self.leaves.len());
+            for (leaf, checked) in self.leaves.iter().zip(checked) {
+                match checked {
+                    Checked::Passed(leaf) => leaves.push(leaf),
+                    Checked::Split(children) if room >= 8 => {
+                        room -= 8;
+                        is_changed = true;
+                        leaves.extend(open(children));
                     }
-                    Err(Doubt::OnSide) => leaf.side_doubts += 1,
-                    Err(Doubt::Inside) => leaf.side_doubts = 0,
+                    Checked::Failed(_) | Checked::Split(_) => leaves.push(Leaf { uncertain: true, ..*leaf }),
                 }
-                leaf.uncertain |= leaf.side_doubts > SIDE_PATIENCE || room < 7;
-                *is_split = leaf.can_be_split();
-                leaf.uncertain |= !*is_split;
-                room -= if *is_split { 7 } else { 0 };
             }
-            for (leaf, (doubt, set)) in self.leaves.iter_mut().zip(doubts.iter().zip(&nodes.sets)) {
-                leaf.passed = doubt.is_ok().then_some(*set);
-            }
-            if !is_split.contains(&true) {
+            self.leaves = leaves;
+            if !is_changed {
+                let cuts = self.leaves.iter().map(|leaf| leaf.passed);
+                nodes.sets.iter_mut().zip(cuts).for_each(|(set, cut)| *set = cut.unwrap_or(*set));
                 return nodes;
             }
-            self.split(&is_split);
         }
     }
 
-    fn check_leaf(&self, i: usize, nodes: &Nodes) -> Result<(), Doubt> {
+    fn check_leaf(&self, i: usize, nodes: &Nodes) -> Checked {
         let leaf = &self.leaves[i];
         let set = nodes.sets[i];
-        if leaf.uncertain || leaf.passed == Some(set) {
-            return Ok(());
+        if leaf.passed == Some(set) {
+            return Checked::Passed(*leaf);
         }
-        let sides = self.lattice.sides(&leaf.cell);
-        check(
-            &leaf.cell,
-            &leaf.bounds,
-            set,
-            &nodes.local_values(i, &leaf.cell),
-            &sides,
-            self.offset(&leaf.cell),
-        )
+        self.check_with(leaf, set, &nodes.local_values(i, &leaf.cell))
     }
 
     /// How far rounding moves nodes, in half edges of the cell.
     fn offset(&self, cell: &Cell) -> f64 {
         let space = self.lattice.cell_box(cell);
-        let (half, reach) =
-            (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
+        let (half, reach) = (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
         f64::EPSILON * reach.max() / half
     }
 
@@ -304,7 +358,8 @@ impl<'a> Cover<'a> {
                 true => NodeSet::beside_finer(|n| {
                     numbers.get(&key(leaf.cell.node(local(n)))).is_some_and(|k| *k < corner_count)
                 }),
-                false => NodeSet::PLAIN,
+                // The cut that was good enough before is so again.
+                false => leaf.passed.filter(|set| set.is_plain()).unwrap_or(NodeSet::PLAIN),
             })
             .collect();
         // Middles of sides that no leaf has as a corner.
@@ -343,7 +398,7 @@ impl<'a> Cover<'a> {
             let set = nodes.sets[i];
             self.border_nodes(&cells, &index, i).into_iter().filter(|n| set.contains(*n)).all(|n| {
                 let position = self.lattice.position(cells[i].node(local(n)));
-                has_one_sign(&self.leaves[i].bounds.value, &[n], &values)
+                has_sign_of(&self.leaves[i].bounds.value, n, values[n])
                     || values[n].abs() > self.field.rounding_bound(position)
             })
         })
@@ -385,11 +440,7 @@ fn touches(child: &Cell, cell: &Cell, corner: usize, side: usize) -> bool {
     let axis = side / 2;
     (0..3).all(|a| {
         let (low, high) = (child.corner[a], child.corner[a] + child.edge());
-        if a == axis {
-            node[a] == if side % 2 == 1 { low } else { high }
-        } else {
-            node[a] == low || node[a] == high
-        }
+        if a == axis { node[a] == if side % 2 == 1 { low } else { high } } else { node[a] == low || node[a] == high }
     })
 }
 
@@ -411,7 +462,8 @@ impl Nodes {
         for (corner, n) in CORNERS.into_iter().enumerate() {
             values[n] = self.values[self.corners[leaf][corner] as usize];
         }
-        for n in self.sets[leaf].iter().filter(|n| !CORNERS.contains(n)) {
+        values[CENTER] = self.values[self.number(leaf, cell, CENTER)];
+        for n in self.sets[leaf].iter().filter(|n| *n != CENTER && !CORNERS.contains(n)) {
             values[n] = self.values[self.number(leaf, cell, n)];
         }
         values

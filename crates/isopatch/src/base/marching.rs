@@ -7,7 +7,7 @@ use super::clip::{BoxSides, Clip};
 use super::cover::{Cover, Nodes};
 use super::error::BaseError;
 use super::octree::{KeyMap, node_of};
-use super::tetrahedra::{CENTER, for_triangles};
+use super::tetrahedra::for_tetrahedra;
 use super::triangle_mesh::TriangleMesh;
 use crate::geom::{Aabb, Point3};
 
@@ -58,16 +58,13 @@ pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<T
             continue;
         }
         let values = nodes.local_values(i, &leaf.cell);
-        let center = nodes.number(i, &leaf.cell, CENTER);
-        for_triangles(&leaf.cell, nodes.sets[i], |triangle| {
-            let [a, b, c] = triangle;
-            let f = [values[CENTER], values[a], values[b], values[c]];
+        for_tetrahedra(&leaf.cell, nodes.sets[i], |corners| {
+            let f = corners.map(|n| values[n]);
             let is_inside = f.map(|f| f < 0.0);
             if !is_inside.contains(&true) || !is_inside.contains(&false) {
                 return;
             }
-            let [a, b, c] = triangle.map(|n| nodes.number(i, &leaf.cell, n));
-            let corners = [center, a, b, c];
+            let corners = corners.map(|n| nodes.number(i, &leaf.cell, n));
             if let Some(k) = f.iter().position(|f| f.is_nan()) {
                 undefined = undefined.or(Some(nodes.places[corners[k]]));
             }

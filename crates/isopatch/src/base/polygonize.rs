@@ -15,7 +15,8 @@ use crate::geom::{Aabb, Point3};
 /// Settings of [`polygonize`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PolygonizeOptions {
-    /// Largest change of ∇f between the centre and any point of a cell, as a share of |∇f|. Default 1.0.
+    /// Largest change of ∇f, to first order, across a cell that meets the surface, as a share of |∇f|. Default 2.0: the
+    /// topology mostly asks for finer cells by itself.
     pub turn: f64,
     /// Least number of triangles, as far as it can be foreseen. Default 0: as many as the topology needs.
     pub triangles: usize,
@@ -25,7 +26,7 @@ pub struct PolygonizeOptions {
 
 impl Default for PolygonizeOptions {
     fn default() -> Self {
-        Self { turn: 1.0, triangles: 0, most_cells: 1 << 20 }
+        Self { turn: 2.0, triangles: 0, most_cells: 1 << 20 }
     }
 }
 
@@ -44,7 +45,7 @@ pub struct Polygonization {
 }
 
 /// Triangles of a cell that the surface passes through, on average: foresees their number.
-const TRIANGLES_OF_CELL: usize = 8;
+const TRIANGLES_OF_CELL: usize = 6;
 
 /// Polygonises f = 0 in `region`, a part of the box `bounds` outside of which there is no surface.
 ///
@@ -62,7 +63,7 @@ pub fn polygonize(
     let mut cover = Cover::new(field, Lattice::over(region), cover_options, look)?;
     let mut nodes = cover.certify();
     while too_few_triangles(&cover, &nodes, options) {
-        cover.split_coarsest();
+        cover.split_coarsest(&nodes);
         nodes = cover.certify();
     }
     let is_certain = !cover.leaves.iter().any(|leaf| leaf.uncertain) && cover.borders_are_certain(&nodes);
@@ -136,7 +137,7 @@ const SHOWN: usize = 4;
 /// Fails if there are cells as small as can be in which the surface may be singular.
 fn refuse_unresolved(cover: &Cover<'_>) -> Result<(), BaseError> {
     let unresolved: Vec<&Leaf> = (cover.leaves.iter())
-        .filter(|leaf| leaf.uncertain && leaf.cell.level == DEEPEST && leaf.may_be_singular())
+        .filter(|leaf| leaf.uncertain && leaf.cell.level == DEEPEST && !leaf.is_stuck() && leaf.may_be_singular())
         .collect();
     if unresolved.is_empty() {
         return Ok(());

@@ -20,12 +20,12 @@ use crate::geom::{Aabb, Point3, Vec3};
 /// Settings of [`seed_mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeedOptions {
-    /// Largest change of ∇f between the centre and any point of a cell, as a share of |∇f|. Default 1.0: normals then
-    /// turn by less than a right angle in a cell, whatever the topology asks for.
+    /// Largest change of ∇f, to first order, across a cell that meets the surface, as a share of |∇f|. Default 2.0: the
+    /// topology mostly asks for finer cells by itself; what decimation needs is in `least` and `surplus`.
     pub turn: f64,
     /// The mesh has about this many triangles, or more, for each face asked for. Default 3: decimation needs a choice.
     pub surplus: f64,
-    /// Least number of triangles. Default 6000: what a sphere has on 25 cells along its diameter.
+    /// Least number of triangles. Default 4000: a sphere then has some 20 cells along its diameter.
     pub least: usize,
     /// Most cells. Default 2²⁰, which take some 300 MB.
     pub most_cells: usize,
@@ -35,7 +35,7 @@ pub struct SeedOptions {
 
 impl Default for SeedOptions {
     fn default() -> Self {
-        Self { turn: 1.0, surplus: 3.0, least: 6000, most_cells: 1 << 20, open: true }
+        Self { turn: 2.0, surplus: 3.0, least: 4000, most_cells: 1 << 20, open: true }
     }
 }
 

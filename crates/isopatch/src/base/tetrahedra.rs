@@ -1,7 +1,7 @@
 //! Leaves of an octree cut into tetrahedra that fit together, also where a leaf meets smaller ones.
 //!
-//! Every leaf is cut from its centre: each tetrahedron has the centre and a triangle of the leaf's surface. A side with
-//! nothing special is cut along one diagonal; one with nodes of finer leaves on it is cut from its middle:
+//! A leaf is cut from its centre: each tetrahedron has the centre and a triangle of the leaf's surface. A side with nothing
+//! special is cut along one diagonal; one with nodes of finer leaves on it is cut from its middle:
 //!
 //! ```text
 //!    ┌──────┐      ┌──────┐      ┌───┬──┐
@@ -16,6 +16,10 @@
 //! The diagonal runs through the corner that is the middle of the side of a cell twice as large: a leaf and its coarser
 //! neighbour then cut their common square alike. Nodes on an edge are those that some leaf has as a corner, the same for
 //! all leaves around the edge.
+//!
+//! With these diagonals a leaf beside no finer ones can also be cut without its centre, into six tetrahedra around the
+//! space diagonal from its one corner with three even coordinates to the one with three odd ones (Kuhn's subdivision): half
+//! as many triangles, but gradients are worse.
 
 use super::octree::Cell;
 
@@ -34,9 +38,18 @@ pub(super) fn local(index: usize) -> [u32; 3] {
 pub(super) struct NodeSet(u32);
 
 impl NodeSet {
-    /// Corners and centre.
-    pub(super) const PLAIN: Self =
-        Self(1 << CENTER | 1 | 1 << 2 | 1 << 6 | 1 << 8 | 1 << 18 | 1 << 20 | 1 << 24 | 1 << 26);
+    /// Only the corners: six tetrahedra.
+    pub(super) const CORNERS: Self =
+        Self(1 | 1 << 2 | 1 << 6 | 1 << 8 | 1 << 18 | 1 << 20 | 1 << 24 | 1 << 26);
+    /// Corners and centre: twelve tetrahedra.
+    pub(super) const PLAIN: Self = Self(Self::CORNERS.0 | 1 << CENTER);
+    /// How many these are.
+    pub(super) const PLAIN_COUNT: usize = 9;
+
+    /// Is nothing of it between corners?
+    pub(super) fn is_plain(self) -> bool {
+        self.0 | Self::PLAIN.0 == Self::PLAIN.0
+    }
 
     pub(super) fn contains(self, node: usize) -> bool {
         self.0 >> node & 1 == 1
@@ -89,12 +102,16 @@ pub(super) fn ring(side: usize) -> [usize; 8] {
     [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1)].map(|(b, c)| on_side(side, b, c))
 }
 
-/// Calls `visit` with the three nodes of every triangle on the surface of the leaf, counter-clockwise seen from outside.
-/// With the centre, each makes a tetrahedron.
-pub(super) fn for_triangles(cell: &Cell, nodes: NodeSet, mut visit: impl FnMut([usize; 3])) {
+/// Calls `visit` with the corners of every tetrahedron, positively oriented.
+pub(super) fn for_tetrahedra(cell: &Cell, nodes: NodeSet, mut visit: impl FnMut([usize; 4])) {
+    if !nodes.contains(CENTER) {
+        around_diagonal(cell, visit);
+        return;
+    }
     for side in 0..6 {
         let upper = side % 2 == 1;
-        let mut outward = |[p, q, r]: [usize; 3]| visit(if upper { [p, q, r] } else { [p, r, q] });
+        let mut outward =
+            |[p, q, r]: [usize; 3]| visit(if upper { [CENTER, p, q, r] } else { [CENTER, p, r, q] });
         let ring = ring(side);
         let middle = middle(side);
         if nodes.contains(middle) {
@@ -112,6 +129,28 @@ pub(super) fn for_triangles(cell: &Cell, nodes: NodeSet, mut visit: impl FnMut([
     }
 }
 
+/// The six ways from the even corner to the odd one along edges.
+fn around_diagonal(cell: &Cell, mut visit: impl FnMut([usize; 4])) {
+    const WAYS: [[usize; 3]; 6] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
+    let is_odd = [0, 1, 2].map(|axis| cell.corner[axis] / cell.edge() % 2 == 1);
+    let even = is_odd.map(|odd| if odd { 2 } else { 0 });
+    let mirrored = is_odd.iter().filter(|odd| **odd).count() % 2 == 1;
+    let number = |at: [usize; 3]| at[0] + 3 * at[1] + 9 * at[2];
+    for (i, way) in WAYS.into_iter().enumerate() {
+        let mut at = even;
+        let mut corners = [number(at); 4];
+        for (corner, axis) in corners[1..].iter_mut().zip(way) {
+            at[axis] = 2 - at[axis];
+            *corner = number(at);
+        }
+        // The last three ways are odd permutations.
+        if (i >= 3) != mirrored {
+            corners.swap(2, 3);
+        }
+        visit(corners);
+    }
+}
+
 /// Place in the ring of the corner from which the diagonal of a side starts: the one with odd coordinates, counted in
 /// edges of the cell.
 fn diagonal_start(cell: &Cell, side: usize) -> usize {
@@ -123,5 +162,67 @@ fn diagonal_start(cell: &Cell, side: usize) -> usize {
         (false, true) => 2,
         (false, false) => 4,
         (true, false) => 6,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashMap;
+
+    /// Six times the volume, in units of half edges.
+    fn volume(corners: [usize; 4]) -> i64 {
+        let [o, a, b, c] = corners.map(|n| local(n).map(i64::from));
+        let [a, b, c] = [a, b, c].map(|p| [p[0] - o[0], p[1] - o[1], p[2] - o[2]]);
+        a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    }
+
+    fn cells() -> [Cell; 8] {
+        Cell { corner: [0; 3], level: 3 }.children()
+    }
+
+    #[test]
+    fn tetrahedra_fill_the_cell() {
+        let sets = [
+            NodeSet::CORNERS,
+            NodeSet::PLAIN,
+            NodeSet::beside_finer(|n| n == 1),
+            NodeSet::beside_finer(|n| [4, 1, 3].contains(&n)),
+            NodeSet::beside_finer(|n| n != CENTER),
+        ];
+        for cell in cells() {
+            for set in sets {
+                let mut volumes = Vec::new();
+                for_tetrahedra(&cell, set, |t| volumes.push(volume(t)));
+                assert!(volumes.iter().all(|v| *v > 0), "{volumes:?}");
+                assert_eq!(volumes.iter().sum::<i64>(), 48);
+            }
+        }
+    }
+
+    /// Triangles on the surface of a block of cells belong to one tetrahedron, those inside to two.
+    #[test]
+    fn cells_share_their_triangles_however_they_are_cut() {
+        for pattern in 0..256 {
+            let mut uses = HashMap::new();
+            for (i, cell) in cells().iter().enumerate() {
+                let set = if pattern >> i & 1 == 1 { NodeSet::CORNERS } else { NodeSet::PLAIN };
+                for_tetrahedra(cell, set, |t| {
+                    let nodes = t.map(|n| cell.node(local(n)));
+                    for left_out in 0..4 {
+                        let mut triangle: Vec<_> = (0..4).filter(|k| *k != left_out).map(|k| nodes[k]).collect();
+                        triangle.sort_unstable();
+                        *uses.entry(triangle).or_insert(0) += 1;
+                    }
+                });
+            }
+            let extent = 2 * cells()[0].edge();
+            for (triangle, count) in uses {
+                let is_outside = (0..3).any(|a| {
+                    [0, extent].iter().any(|side| triangle.iter().all(|node| node[a] == *side))
+                });
+                assert_eq!(count, if is_outside { 1 } else { 2 });
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! What every [`Field`] must satisfy, checked on samples.
 
 use super::Field;
-use crate::geom::{Aabb, Affine, Point3, Points, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jets, Point3, Points, Vec3};
 
 /// A fixed sequence of numbers in [0, 1), the same at every run: a linear congruential generator (Knuth, MMIX).
 pub(crate) struct Sequence(u64);
@@ -41,6 +41,10 @@ pub(crate) fn check_field(field: &dyn Field, cell: &Aabb) {
         check_ranges(field, &Aabb::around(&[a, b]), &mut sequence);
     }
     check_ranges(field, cell, &mut sequence);
+    let mut corners = || (0..600).map(|_| sequence.point(cell)).collect::<Vec<_>>();
+    let (starts, ends) = (corners(), corners());
+    let cells: Vec<Aabb> = starts.iter().zip(&ends).map(|(a, b)| Aabb::around([a, b])).collect();
+    check_batch_ranges(field, &cells);
     check_unbounded(field, &points);
 }
 
@@ -52,11 +56,30 @@ fn check_batches(field: &dyn Field, points: &Points) {
         let mut gradient = Points::zeros(length);
         field.values(view, &mut f);
         field.gradients(view, &mut g, gradient.view_mut());
+        let mut jets = Jets::zeros(length);
+        field.jets(view, &mut jets);
         for i in 0..length {
             let (value, at_point) = field.gradient(view.get(i));
             assert_eq!(f[i].to_bits(), field.value(view.get(i)).to_bits(), "value in a batch");
             assert_eq!(g[i].to_bits(), value.to_bits(), "value with gradient in a batch");
             assert_eq!(gradient.get(i).map(f64::to_bits), at_point.map(f64::to_bits), "gradient in a batch");
+            let (jet, at_point) = (jets.get(i), field.jet(view.get(i)));
+            assert_eq!(jet.value.to_bits(), at_point.value.to_bits(), "value of the jet in a batch");
+            assert_eq!(jet.gradient.map(f64::to_bits), at_point.gradient.map(f64::to_bits), "in a batch");
+            assert_eq!(jet.hessian.map(f64::to_bits), at_point.hessian.map(f64::to_bits), "in a batch");
+        }
+    }
+}
+
+/// Ranges in batches of several lengths are those of the cells, one by one.
+fn check_batch_ranges(field: &dyn Field, cells: &[Aabb]) {
+    for length in [0, 1, 17, cells.len()] {
+        let mut ranges = vec![Interval::point(f64::NAN); length];
+        field.ranges(&cells[..length], &mut ranges);
+        for (range, cell) in ranges.iter().zip(cells) {
+            let alone = field.range(cell);
+            let bits = |i: &Interval| [i.lo.to_bits(), i.hi.to_bits()];
+            assert_eq!(bits(range), bits(&alone), "{range:?} and {alone:?}");
         }
     }
 }

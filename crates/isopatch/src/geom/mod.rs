@@ -12,7 +12,7 @@ mod points;
 pub use aabb::Aabb;
 pub use affine::Affine;
 pub use interval::Interval;
-pub use jet::Jet;
+pub use jet::{Jet, Jets};
 pub use points::{Points, PointsMut, PointsView};
 
 /// A vector of three coordinates, in model units.
