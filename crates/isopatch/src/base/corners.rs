@@ -145,9 +145,21 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_that_the_surface_cuts_off_by_rounding_alone_is_refused() {
-        let error =
-            seed_mesh(&field("x+y+z-3+1e-13"), &cube(1.0), None, &SeedOptions::default()).unwrap_err();
-        assert!(matches!(error, BaseError::TouchesCorner { .. } | BaseError::NoSurface { .. }), "{error}");
+    fn a_corner_that_is_cut_off_by_rounding_alone_is_refused() {
+        let bounds = cube(1.0);
+        let positions = [0, 1, 2].map(|axis| {
+            let mut p = bounds.max;
+            p[axis] -= 0.01;
+            p
+        });
+        let sides = positions.iter().map(|p| BoxSides::of(p, &bounds)).collect();
+        let mesh = TriangleMesh {
+            positions: positions.to_vec(),
+            faces: vec![[0, 1, 2]],
+            clip: Some(Clip { bounds, sides }),
+        };
+        let error = gather_at_corners(&field("x+y+z-3+1e-13"), mesh.clone()).unwrap_err();
+        assert_eq!(error, BaseError::TouchesCorner { at: bounds.max });
+        assert_eq!(gather_at_corners(&field("x+y+z-2.99"), mesh.clone()).unwrap(), mesh);
     }
 }

@@ -199,10 +199,10 @@ const CORNER_SHARE: f64 = 0.3;
 fn room_at(base: &BaseMesh, h: HalfEdgeId) -> f64 {
     let mesh = &base.mesh;
     let v = mesh.origin(h);
-    let (o, n) = (base.positions[v.index()], base.normals[v.index()]);
+    let n = base.normals[v.index()];
     let corner = |h: HalfEdgeId| {
-        let [a, b] = [mesh.dest(h), mesh.origin(mesh.prev(h))].map(|w| base.positions[w.index()] - o);
-        let angle = n.dot(&a.cross(&b)).atan2(a.dot(&b) - a.dot(&n) * b.dot(&n));
+        let [a, b] = [h, mesh.prev(h)].map(|h| base.direction(mesh.edge(h), v));
+        let angle = n.dot(&a.cross(&b)).atan2(a.dot(&b));
         angle.min(std::f64::consts::PI - angle)
     };
     let before = mesh.twin(h).map(|g| mesh.next(g));
