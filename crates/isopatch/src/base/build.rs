@@ -1,6 +1,7 @@
 //! The whole way from a field in a box to a base mesh.
 
-use super::base_mesh::BaseMesh;
+use super::base_mesh::{BaseMesh, EdgeFeature};
+use super::clip::Clip;
 use super::decimate::decimate;
 use super::error::BaseError;
 use super::project::{ProjectOptions, project_positions};
@@ -10,7 +11,7 @@ use super::singular::find_singular;
 use super::triangle_mesh::TriangleMesh;
 use super::validity::{Limit, ValidityLimits, Violation, validity};
 use crate::field::Field;
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
 /// Settings of [`build`].
@@ -173,6 +174,23 @@ pub fn finish(
     let connectivity = HalfEdgeMesh::from_faces(mesh.positions.len(), &mesh.faces)?;
     let base = BaseMesh::from_field(field, connectivity, mesh.positions);
     Ok(BaseMesh { clip: mesh.clip, ..base })
+}
+
+/// The base mesh of faces whose vertices are known.
+pub(super) fn base_of(
+    faces: &[[u32; 3]],
+    positions: Vec<Point3>,
+    normals: Vec<Vec3>,
+    curvatures: Vec<Mat3>,
+    clip: Option<Clip>,
+) -> Result<BaseMesh, BaseError> {
+    let mesh = HalfEdgeMesh::from_faces(positions.len(), faces)?;
+    let feature = |e| match mesh.twin(mesh.edge_half_edge(e)) {
+        Some(_) => EdgeFeature::Smooth,
+        None => EdgeFeature::Boundary,
+    };
+    let features = mesh.edges().map(feature).collect();
+    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip })
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.

@@ -17,6 +17,14 @@ pub(super) struct Connectivity {
     is_open: bool,
 }
 
+/// A part of a [`Connectivity`] as it was.
+#[derive(Clone, Debug)]
+pub(super) struct Snapshot {
+    half_edges: Vec<(u32, u32, u32)>,
+    vertices: Vec<(u32, u32)>,
+    face_count: usize,
+}
+
 fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
@@ -334,6 +342,36 @@ impl Connectivity {
             self.origin[dead as usize] = NONE;
         }
         self.face_count -= 1;
+    }
+
+    /// Corners of some faces.
+    pub fn clone_faces(&self, faces: &[u32]) -> Vec<[u32; 3]> {
+        faces.iter().map(|f| self.corners(3 * f)).collect()
+    }
+
+    /// Everything about some faces, the half edges across their sides, and some vertices.
+    pub fn snapshot(&self, faces: &[u32], vertices: &[u32]) -> Snapshot {
+        let own = faces.iter().flat_map(|f| 3 * f..3 * f + 3);
+        let mut half_edges: Vec<u32> = own.flat_map(|h| [Some(h), self.twin(h)]).flatten().collect();
+        half_edges.sort_unstable();
+        half_edges.dedup();
+        Snapshot {
+            half_edges: half_edges.into_iter().map(|h| (h, self.origin(h), self.twin[h as usize])).collect(),
+            vertices: vertices.iter().map(|v| (*v, self.outgoing[*v as usize])).collect(),
+            face_count: self.face_count,
+        }
+    }
+
+    /// Undoes collapses and flips that changed nothing but what the snapshot has.
+    pub fn restore(&mut self, snapshot: &Snapshot) {
+        for (h, origin, twin) in &snapshot.half_edges {
+            self.origin[*h as usize] = *origin;
+            self.twin[*h as usize] = *twin;
+        }
+        for (v, outgoing) in &snapshot.vertices {
+            self.outgoing[*v as usize] = *outgoing;
+        }
+        self.face_count = snapshot.face_count;
     }
 
     /// Closes the holes in the numbering; returns the old number of every new vertex.

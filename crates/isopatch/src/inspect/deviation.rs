@@ -84,6 +84,22 @@ pub fn deviation(surface: &dyn Surface, field: &dyn Field, diagonal: f64, lattic
     summary(chunks.into_iter().flat_map(|(patches, _)| patches).collect(), &squares)
 }
 
+/// The same for some patches, each on its own.
+pub fn deviation_of(
+    surface: &dyn Surface,
+    field: &dyn Field,
+    diagonal: f64,
+    lattice: usize,
+    patches: &[PatchId],
+) -> Vec<PatchDeviation> {
+    let set = SampleSet::new(surface, &triangle::lattice(lattice.max(1)));
+    let chunks: Vec<Vec<PatchDeviation>> = patches
+        .par_chunks(CHUNK)
+        .map(|chunk| measure(field, &set.sample(surface, chunk), set.count(), diagonal).0)
+        .collect();
+    chunks.concat()
+}
+
 fn summary(patches: Vec<PatchDeviation>, squares: &Squares) -> Deviation {
     let (max_distance, worst_distance) = worst(&patches, |p| p.max_distance);
     let (max_normal_error, worst_normal) = worst(&patches, |p| p.max_normal_error);

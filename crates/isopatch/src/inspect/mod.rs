@@ -32,7 +32,7 @@ mod tests;
 
 pub use closest::{ClosestPatch, Nearest};
 pub use coverage::{Coverage, coverage};
-pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation};
+pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation, deviation_of};
 pub use foot::closest_zero;
 pub use interpolation::{Interpolation, interpolation};
 pub use intersections::{Intersection, Intersections, MeshIntersections, intersections, mesh_intersections};

@@ -3,7 +3,7 @@
 use super::quartic::{CurveError, CurveOptions, QuarticCurve};
 use crate::base::{BaseMesh, BoxSide};
 use crate::geom::{Point3, Vec3};
-use crate::mesh::{EdgeId, HalfEdgeId};
+use crate::mesh::EdgeId;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 
 /// Newton steps that restore (9b); quadratic convergence needs two or three.
@@ -89,9 +89,7 @@ impl Ends {
         let sides = base.sides_of(edge);
         match (sides.iter().next(), sides.len(), base.mesh.twin(h)) {
             (None, _, None) => Ok(free),
-            (None, _, Some(g)) => {
-                Ok(Self { turn: [h, g].map(|h| options.largest_turn.min(room_at(base, h))), ..free })
-            }
+            (None, _, Some(_)) => Ok(Self { turn: [options.largest_turn; 2], ..free }),
             (Some(side), 1, _) => Ok(free.within(side)),
             _ => Err(CurveError::AlongBoxEdge { edge: edge.0, from: from.0, to: to.0 }),
         }
@@ -189,23 +187,4 @@ impl Ends {
         let q = [self.q0, q1, q2, q3, self.q4];
         Ok(QuarticCurve { q, steps: fit.steps, at_bound: !self.in_box(fit, options) })
     }
-}
-
-/// Share of a corner, or of what it lacks to a straight angle, by which each of its two curves may turn.
-const CORNER_SHARE: f64 = 0.3;
-
-/// Tangent of the angle by which the curve of a half edge may turn at its origin, for the corners beside it to stay well
-/// between 0° and 180°.
-fn room_at(base: &BaseMesh, h: HalfEdgeId) -> f64 {
-    let mesh = &base.mesh;
-    let v = mesh.origin(h);
-    let n = base.normals[v.index()];
-    let corner = |h: HalfEdgeId| {
-        let [a, b] = [h, mesh.prev(h)].map(|h| base.direction(mesh.edge(h), v));
-        let angle = n.dot(&a.cross(&b)).atan2(a.dot(&b));
-        angle.min(std::f64::consts::PI - angle)
-    };
-    let before = mesh.twin(h).map(|g| mesh.next(g));
-    let least = before.map_or(f64::INFINITY, corner).min(corner(h));
-    (CORNER_SHARE * least).max(0.0).tan()
 }

@@ -45,7 +45,8 @@ pub struct CurveOptions {
     /// their own limits.
     pub tangential_weight: f64,
     /// Largest turn of the tangents out of the direction of the chord in these steps, as the tangent of the angle;
-    /// 0 keeps them there, as the paper does.
+    /// 0 keeps them there, as the paper does. It does not depend on the corners beside the edge, so that a curve depends on
+    /// nothing but its ends; corners of less than twice the angle could close.
     pub largest_turn: f64,
     /// Largest violation of (9b) that counts as solved.
     pub constraint_tolerance: f64,
@@ -60,7 +61,7 @@ impl Default for CurveOptions {
             step_tolerance: 1e-9,
             normal_distance_steps: 5,
             tangential_weight: 1e-6,
-            largest_turn: 0.5,
+            largest_turn: 0.35,
             constraint_tolerance: 1e-10,
         }
     }

@@ -6,7 +6,9 @@
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 mod differentiable;
+mod finish;
 mod least;
+mod patchwork;
 mod refine;
 pub mod spline;
 

@@ -61,18 +61,10 @@ fn assert_well_made(
     let deviation = found.deviation.as_ref().unwrap();
     let case = format!("{text}, {faces} faces");
     let topology = found.topology;
-    assert_eq!(
-        (topology.faces, topology.boundary_loops, topology.euler),
-        (faces, loops, euler),
-        "{case}"
-    );
+    assert_eq!((topology.faces, topology.boundary_loops, topology.euler), (faces, loops, euler), "{case}");
     assert!(!fitted.negated, "{case}");
     assert_ends_in_the_box(&fitted);
-    assert!(
-        found.seams.max_gap == 0.0 && found.seams.max_normal_jump <= 1e-9,
-        "{case}: {:?}",
-        found.seams
-    );
+    assert!(found.seams.max_gap == 0.0 && found.seams.max_normal_jump <= 1e-9, "{case}: {:?}", found.seams);
     assert_eq!(deviation.folded, 0, "{case}");
     let back = found.coverage.unwrap().max_distance;
     assert!(deviation.max_distance.max(back) <= limit, "{case}: {:e} {back:e}", deviation.max_distance);

@@ -7,6 +7,8 @@ use crate::inspect::PatchDeviation;
 const ORDER: f64 = 5.0;
 /// Edge lengths change by at most these factors in one round.
 const CHANGE: [f64; 2] = [0.5, 1.6];
+/// Faces that a patch becomes at least when it is divided together with its neighbours.
+const DIVISION: f64 = 3.0;
 /// Factor for the edges of a patch that folds, or whose normal is far off.
 const SHRINK: f64 = 0.6;
 
@@ -35,6 +37,15 @@ pub(super) fn lengths_for_error(base: &BaseMesh, patches: &[PatchDeviation], goa
         }
         (goal / patch.max_distance).powf(1.0 / ORDER).clamp(CHANGE[0], CHANGE[1])
     })
+}
+
+/// Faces that are to be expected when every patch that is beyond `tolerance` has been divided.
+pub(super) fn expected_faces(patches: &[PatchDeviation], tolerance: f64) -> f64 {
+    let parts = |p: &PatchDeviation| {
+        let parts = (p.max_distance / tolerance).max(1.0).powf(2.0 / ORDER);
+        if is_bad(p) || parts > 1.0 { DIVISION * parts } else { 1.0 }
+    };
+    patches.iter().map(parts).sum()
 }
 
 /// Present lengths, shorter at the given vertices.

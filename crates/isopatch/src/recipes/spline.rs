@@ -7,16 +7,19 @@
 //! ```
 
 use super::differentiable::{Defect, explain, find_defect};
+use super::finish::Finisher;
 use super::least::least_that_works;
-use super::refine::{Wish, is_bad, lengths_for_error, median_error, shorter_at};
-use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, FieldTarget, Repair};
+use super::patchwork::{MakeError, Patchwork, Workshop};
+use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
+use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, Repair};
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
-use crate::inspect::{Deviation, coverage, deviation, extent};
+use crate::inspect::{NORMAL_ERROR_LIMIT, PatchDeviation, coverage, extent};
 use crate::io::read::PolygonMesh;
-use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+use crate::network::{CurveError, CurveOptions, QuarticCurve};
 use crate::report::{Seconds, SplineReport};
-use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
+use crate::spline::{SplineError, SplineOptions, TriangularSpline};
+use crate::surface::PatchId;
 
 /// How many patches a surface gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,21 +124,25 @@ pub enum RecipeError {
     },
 }
 
-/// Lattice on which patches are checked between rounds: 91 samples each, finer than those of the fits. It and
-/// [`BACK_SAMPLES`] are the defaults of [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
-const CHECK_LATTICE: usize = 12;
 /// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
 const BACK_SAMPLES: usize = 30_000;
 /// Normals at the ends of a seed edge that differ by more than this (the length of their difference, about 17°) make one
 /// look for a kink at once.
 const SHARP: f64 = 0.3;
 /// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
-const AIM: f64 = 0.45;
+const AIM: f64 = 0.7;
 /// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
 const MARGIN: f64 = 0.95;
-/// In round r a mesh that misses the tolerance grows at least by the r-th power of this factor: the first round only
-/// evens out the errors, and no count is out of reach.
-const GROWTH: f64 = 1.06;
+/// Times that the whole mesh is remade for a tolerance.
+const GLOBAL_ROUNDS: usize = 3;
+/// Share of failing patches that is left to local changes.
+const FEW: f64 = 0.03;
+/// Errors above this share of the tolerance are measured on a fine lattice.
+const NEAR: f64 = 0.35;
+/// Times that the patch is split that is nearest to where the zero set is too far from the surface.
+const BACK_ROUNDS: usize = 3;
+/// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
+const TOLERANCE_TURN: f64 = 1.25;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -235,29 +242,36 @@ fn attempt(
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
-            (Ok(made), Ok(best)) => Ok(made.better_of(best)),
+            (Ok(made), Ok(best)) => Ok(work.better_of(made, best)),
             (Err(_), Ok(best)) => Ok(best),
             (made, Err(_)) => made,
         };
     }
-    let kept = kept?;
+    let mut kept = kept?;
+    let mut reached = true;
+    if let Size::Tolerance(tolerance) = recipe.size {
+        if recipe.given.is_none() {
+            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance))?;
+        } else {
+            let near = kept.failing(tolerance) == 0;
+            reached = near && stages.run("check", || work.far_patch(&kept.work, tolerance).is_none());
+        }
+    }
     kept.require_no_folds()?;
-    let reached = match recipe.size {
-        Size::Tolerance(tolerance) => kept.keeps(tolerance),
-        Size::Automatic | Size::Faces(_) => true,
-    };
+    let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
-    Ok(Fitted {
-        surface: kept.surface,
-        formula,
-        negated,
-        bounds,
-        reached,
-        figures: kept.figures,
-        repairs,
-        seconds,
-    })
+    Ok(Fitted { surface: kept.work.surface, formula, negated, bounds, reached, figures, repairs, seconds })
+}
+
+impl From<MakeError> for RecipeError {
+    fn from(error: MakeError) -> Self {
+        match error {
+            MakeError::Base(error) => error.into(),
+            MakeError::Curve(error) => error.into(),
+            MakeError::Spline(error) => error.into(),
+        }
+    }
 }
 
 impl RecipeError {
@@ -282,11 +296,7 @@ struct Work<'a> {
 
 /// A surface with its errors.
 struct Round {
-    surface: TriangularSpline,
-    deviation: Deviation,
-    /// Largest distance from the zero set to the surface; infinite before it is measured.
-    back: f64,
-    figures: SplineReport,
+    work: Patchwork,
 }
 
 impl Work<'_> {
@@ -297,7 +307,10 @@ impl Work<'_> {
             Size::Automatic | Size::Tolerance(_) => faces,
         };
         // Counts are searched for where the whole surface is made, not only its base mesh.
-        let options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
+        let mut options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
+        if let Size::Tolerance(_) = self.recipe.size {
+            options.remesh.sizing.turn = TOLERANCE_TURN;
+        }
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => {
@@ -334,25 +347,55 @@ impl Work<'_> {
 
     /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
     fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
-        let diagonal = mesh.diagonal();
-        let target = FieldTarget::new(&self.formula, diagonal);
-        let curves = stages.run("curves", || fit_quartics(mesh, &target, &self.recipe.curves))?;
-        let options = &self.recipe.spline;
-        let surface = stages.run("patches", || spline::build(mesh.clone(), &curves, &target, options))?;
-        let (deviation, back) = stages.run("check", || {
-            let deviation = deviation(&surface, &self.formula, diagonal, CHECK_LATTICE);
-            let back = match self.recipe.size {
-                Size::Tolerance(tolerance) if deviation.max_distance <= tolerance => {
-                    let (area, box_) = (extent(&surface).area, Some(self.bounds));
-                    coverage(&surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
-                        .map_or(f64::INFINITY, |c| c.max_distance)
-                }
-                _ => f64::INFINITY,
-            };
-            (deviation, back)
-        });
-        let figures = figures(&curves, &self.recipe.curves, &deviation);
-        Ok(Round { surface, deviation, back, figures })
+        let stamps = (0..mesh.mesh.face_count() as u64).collect();
+        let work = stages.run("patches", || self.workshop(mesh.diagonal()).build(mesh.clone(), stamps))?;
+        Ok(Round { work })
+    }
+
+    fn workshop(&self, diagonal: f64) -> Workshop<'_> {
+        Workshop {
+            field: &self.formula,
+            curves: &self.recipe.curves,
+            spline: &self.recipe.spline,
+            diagonal,
+            fine_above: match self.recipe.size {
+                Size::Tolerance(tolerance) => NEAR * tolerance,
+                Size::Automatic | Size::Faces(_) => f64::INFINITY,
+            },
+        }
+    }
+
+    /// Local changes until the tolerance is kept, both ways, with as few faces as that takes; is it kept?
+    fn finish(&self, made: Round, tolerance: f64) -> Result<(Round, bool), RecipeError> {
+        let workshop = self.workshop(made.work.surface.base.diagonal());
+        let mut finisher = Finisher {
+            workshop: &workshop,
+            options: &self.recipe.base,
+            tolerance: MARGIN * tolerance,
+            draft: Draft::new(&self.formula, &made.work.surface.base, &self.recipe.base),
+            built: made.work.patches.len(),
+            work: made.work,
+        };
+        let (mut kept, mut reached) = (finisher.run()?, false);
+        for _ in 0..=BACK_ROUNDS {
+            if !kept || reached {
+                break;
+            }
+            match self.far_patch(&finisher.work, tolerance) {
+                Some(patch) => kept = finisher.split(vec![patch.index()])? && finisher.split_failing()?,
+                None => reached = true,
+            }
+        }
+        Ok((Round { work: finisher.work }, reached))
+    }
+
+    /// The patch nearest to the point of the zero set that is farthest from the surface, if that is too far.
+    fn far_patch(&self, work: &Patchwork, tolerance: f64) -> Option<PatchId> {
+        let (surface, diagonal) = (&work.surface, work.surface.base.diagonal());
+        let (area, box_) = (extent(surface).area, Some(self.bounds));
+        coverage(surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
+            .filter(|c| !(c.max_distance <= tolerance))
+            .map(|c| c.worst_patch)
     }
 
     /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
@@ -365,17 +408,20 @@ impl Work<'_> {
 
     /// The mesh to try next; none if the surface will do.
     fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
-        let (base, patches) = (&made.surface.base, &made.deviation.patches);
+        let (base, patches) = (&made.work.surface.base, &made.work.patches);
         let bad = patches.iter().any(is_bad);
         let mut wish = match self.recipe.size {
             Size::Tolerance(tolerance) => {
-                if !bad && made.keeps(tolerance) {
+                if round >= GLOBAL_ROUNDS {
                     return None;
                 }
+                let faces = base.mesh.face_count() as f64;
                 let mut wish = lengths_for_error(base, patches, AIM * tolerance);
-                // A mesh that misses the tolerance gets no fewer faces, and the more of them the longer it misses.
-                let least = (GROWTH.powi(round as i32) * base.mesh.face_count() as f64) as usize;
-                wish.faces = wish.faces.max(least + least % 2);
+                if made.failing(tolerance) as f64 <= FEW * faces {
+                    return None;
+                }
+                let count = wish.faces as f64;
+                wish.faces = 2 * (0.5 * count).round() as usize;
                 wish
             }
             Size::Automatic | Size::Faces(_) => {
@@ -393,6 +439,16 @@ impl Work<'_> {
             wish.faces = base.mesh.face_count();
         }
         Some(wish)
+    }
+
+    /// The better one: with a tolerance, the one from which fewer faces are to be expected when it is kept; or else that
+    /// with fewer bad patches, or as many and a smaller error.
+    fn better_of(&self, made: Round, best: Round) -> Round {
+        let score = |r: &Round| match self.recipe.size {
+            Size::Tolerance(tolerance) => (expected_faces(&r.work.patches, MARGIN * tolerance), 0.0),
+            Size::Automatic | Size::Faces(_) => (r.bad_patches() as f64, r.max_distance()),
+        };
+        if score(&best) < score(&made) { best } else { made }
     }
 
     /// Shorter edges where a curve or a system has no solution.
@@ -415,27 +471,24 @@ impl Work<'_> {
 }
 
 impl Round {
-    /// Is the largest distance, both ways, within the tolerance, and a little more, for other samples to agree?
-    fn keeps(&self, tolerance: f64) -> bool {
-        self.deviation.max_distance.max(self.back) <= MARGIN * tolerance
+    fn max_distance(&self) -> f64 {
+        self.work.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max)
     }
 
     fn bad_patches(&self) -> usize {
-        self.deviation.patches.iter().filter(|p| is_bad(p)).count()
+        self.work.patches.iter().filter(|p| is_bad(p)).count()
     }
 
-    /// This one, unless the other has fewer bad patches, or as many and a smaller error.
-    fn better_of(self, other: Self) -> Self {
-        let score = |r: &Self| (r.bad_patches(), r.deviation.max_distance.max(r.back.min(f64::MAX)));
-        let (mine, others) = (score(&self), score(&other));
-        let worse = others.0 < mine.0 || (others.0 == mine.0 && others.1 < mine.1);
-        if worse { other } else { self }
+    /// Number of patches that are bad or beyond the tolerance.
+    fn failing(&self, tolerance: f64) -> usize {
+        self.work.patches.iter().filter(|p| is_bad(p) || !(p.max_distance <= MARGIN * tolerance)).count()
     }
 
     fn require_no_folds(&self) -> Result<(), RecipeError> {
-        let Some(face) = self.deviation.patches.iter().position(|p| p.folded) else { return Ok(()) };
-        let at = self.surface.nets[face][0];
-        Err(RecipeError::Folded { count: self.deviation.folded, face, at })
+        let folded = || self.work.patches.iter().enumerate().filter(|(_, p)| p.folded);
+        let Some((face, _)) = folded().next() else { return Ok(()) };
+        let at = self.work.surface.nets[face][0];
+        Err(RecipeError::Folded { count: folded().count(), face, at })
     }
 }
 
@@ -460,13 +513,13 @@ fn remade(faces: usize, why: &str) -> Repair {
     }
 }
 
-fn figures(curves: &[QuarticCurve], options: &CurveOptions, deviation: &Deviation) -> SplineReport {
+fn figures(curves: &[QuarticCurve], options: &CurveOptions, patches: &[PatchDeviation]) -> SplineReport {
     let steps: usize = curves.iter().map(|c| c.steps).sum();
     SplineReport {
         sqp_iterations_mean: steps as f64 / curves.len().max(1) as f64,
         sqp_unconverged: curves.iter().filter(|c| c.steps >= options.max_steps).count(),
         curves_at_bound: curves.iter().filter(|c| c.at_bound).count(),
-        folded: deviation.folded,
-        faces_over_20deg: deviation.over_limit,
+        folded: patches.iter().filter(|p| p.folded).count(),
+        faces_over_20deg: patches.iter().filter(|p| p.max_normal_error > NORMAL_ERROR_LIMIT).count(),
     }
 }

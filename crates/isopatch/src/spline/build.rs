@@ -1,6 +1,6 @@
 //! The spline over a base mesh: curves, patches, vertex systems, edge systems, free points.
 
-use super::edge::EdgeSystem;
+use super::edge::{EdgeSolution, EdgeSystem};
 use super::fit;
 use super::relaxation::relax;
 use super::surface::{DEGREE, NET, TriangularSpline};
@@ -119,16 +119,29 @@ pub fn build(
     target: &dyn Target,
     options: &SplineOptions,
 ) -> Result<TriangularSpline, SplineError> {
+    rebuild(base, curves, target, options, &[])
+}
+
+/// As [`build`], but an edge inside for which `kept` has inner rows gets these, and they do not relax: those of an earlier
+/// build with the same curves around both ends of the edge. `kept` has an entry for every edge, or none at all.
+pub fn rebuild(
+    base: BaseMesh,
+    curves: &[QuarticCurve],
+    target: &dyn Target,
+    options: &SplineOptions,
+    kept: &[Option<EdgeSolution>],
+) -> Result<TriangularSpline, SplineError> {
     let curves: Vec<[Point3; 5]> = curves.iter().map(|c| c.q).collect();
     let mut nets = nets_with_boundary(&base.mesh, &curves);
     let footprints = fit::fill_and_fit(&mut nets, target);
     let weights = end_weights(&base, &curves);
     let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
-    solve_edges(&base.mesh, &curves, &weights, &mu1, &mut nets)?;
+    solve_edges(&base.mesh, &curves, &weights, &mu1, kept, &mut nets)?;
+    let fixed: Vec<bool> = base.mesh.edges().map(|e| rows_of(kept, e).is_some()).collect();
     fit::refit_free_points(&mut nets, &footprints);
     fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
     for _ in 0..options.relaxation_steps {
-        relax(&base.mesh, &edge_lambdas(&weights), &mut nets, target, options.relaxation_weight);
+        relax(&base.mesh, &edge_lambdas(&weights), &fixed, &mut nets, target, options.relaxation_weight);
     }
     Ok(TriangularSpline::new(base, curves, nets))
 }
@@ -233,12 +246,17 @@ fn solve_vertices(
     Ok(mu1)
 }
 
+fn rows_of(kept: &[Option<EdgeSolution>], e: EdgeId) -> Option<EdgeSolution> {
+    kept.get(e.index()).copied().flatten()
+}
+
 /// Solves the edge systems and puts the inner points of the first rows into the nets.
 fn solve_edges(
     mesh: &HalfEdgeMesh,
     curves: &[[Point3; 5]],
     weights: &[EndWeights],
     mu1: &[f64],
+    kept: &[Option<EdgeSolution>],
     nets: &mut [[Point3; NET]],
 ) -> Result<(), SplineError> {
     let inner: Vec<(EdgeId, HalfEdgeId, HalfEdgeId)> = mesh
@@ -255,6 +273,9 @@ fn solve_edges(
         .par_iter()
         .with_min_len(256)
         .map(|&(e, h, g)| {
+            if let Some(rows) = rows_of(kept, e) {
+                return Ok(rows);
+            }
             let row = |h: HalfEdgeId, m: usize| {
                 let (face, position) = place(h, m);
                 wanted[face][position]

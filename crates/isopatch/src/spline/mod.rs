@@ -10,5 +10,5 @@ mod relaxation;
 mod surface;
 pub mod vertex;
 
-pub use build::{SplineError, SplineOptions, build};
+pub use build::{SplineError, SplineOptions, build, rebuild};
 pub use surface::{DEGREE, NET, TriangularSpline};

@@ -119,11 +119,12 @@ struct Local {
     step: SVector<f64, INNER>,
 }
 
-/// One step over all patches; `lambda` holds λ(0) and λ(1) of every edge. Linear time; the same result for every number of
+/// One step over all patches; `lambda` holds λ(0) and λ(1) of every edge, and those that are `fixed` stay. Linear time; the same result for every number of
 /// threads.
 pub(super) fn relax(
     mesh: &HalfEdgeMesh,
     lambda: &[[f64; 2]],
+    fixed: &[bool],
     nets: &mut [Net],
     target: &dyn Target,
     tangential_weight: f64,
@@ -135,7 +136,7 @@ pub(super) fn relax(
         .map(|(nets, sides)| locals_of_batch(nets, sides, target, tangential_weight))
         .collect();
     let locals: Vec<Option<Local>> = locals.into_iter().flatten().collect();
-    let mut steps = edge_steps(mesh.edge_count(), &sides, &locals);
+    let mut steps = edge_steps(fixed, &sides, &locals);
     for (net, sides) in nets.iter().zip(&sides) {
         for (k, side) in sides.iter().enumerate() {
             let most = TRUST * (net[CORNERS[(k + 1) % 3]] - net[CORNERS[k]]).norm();
@@ -275,9 +276,9 @@ fn of_sides(sides: &Sides, x: &[Step]) -> SVector<f64, SIDES> {
 }
 
 /// Steps of the edges: preconditioned conjugate gradients with the edges' own blocks as preconditioner.
-fn edge_steps(edges: usize, sides: &[Sides], locals: &[Option<Local>]) -> Vec<Step> {
+fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<Step> {
     // An edge beside a patch without numbers stays.
-    let mut stays = vec![false; edges];
+    let (edges, mut stays) = (fixed.len(), fixed.to_vec());
     for (sides, _) in sides.iter().zip(locals).filter(|(_, local)| local.is_none()) {
         sides.iter().for_each(|s| stays[s.edge] = true);
     }

@@ -1,0 +1,224 @@
+//! Patches over a base mesh, and what is built again when the mesh changes in places.
+//!
+//! Before it relaxes, a net depends on the faces around the three corners of its face, and on nothing else: their curves,
+//! their fits, and the G1 systems at these corners. So a patch stays if none of these faces has changed. The others are
+//! built over a part of the mesh that has one more ring of faces, in the order of the whole. Edges whose ends have no
+//! changed face keep their rows, those beside the patches that stay among them; the other edges relax between these.
+
+use crate::base::{BaseError, BaseMesh, FieldTarget, Part, part};
+use crate::bernstein::index;
+use crate::field::Field;
+use crate::geom::Point3;
+use crate::inspect::{PatchDeviation, deviation_of};
+use crate::mesh::{FaceId, HalfEdgeId};
+use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+use crate::spline::edge::EdgeSolution;
+use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
+use crate::surface::PatchId;
+use std::collections::HashMap;
+
+/// Share of the faces from which on everything is built again: the part would have nearly all of them.
+const WHOLE: f64 = 0.6;
+
+/// Lattice on which all patches are measured: 66 samples each.
+const COARSE_LATTICE: usize = 10;
+/// Normal errors over this are measured on the fine lattice as well: a fold between coarse samples shows beside it.
+const NORMAL_FINE: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Lattice on which patches are measured whose errors are near the tolerance. It is that of
+/// [`crate::inspect::InspectOptions`]: a tolerance that is kept here is kept there.
+const FINE_LATTICE: usize = 21;
+
+/// How patches are made and measured.
+pub(super) struct Workshop<'a> {
+    pub field: &'a dyn Field,
+    pub curves: &'a CurveOptions,
+    pub spline: &'a SplineOptions,
+    /// Unit of lengths.
+    pub diagonal: f64,
+    /// Errors over this, relative to the diagonal, are measured again on a finer lattice.
+    pub fine_above: f64,
+}
+
+/// Curves, nets and errors over a base mesh.
+#[derive(Clone, Debug)]
+pub(super) struct Patchwork {
+    pub surface: TriangularSpline,
+    pub curves: Vec<QuarticCurve>,
+    pub patches: Vec<PatchDeviation>,
+    /// Two faces with one stamp have the same corners at the same places.
+    stamps: Vec<u64>,
+}
+
+/// Why patches could not be made; vertices and edges are those of the whole mesh.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum MakeError {
+    Base(BaseError),
+    Curve(CurveError),
+    Spline(SplineError),
+}
+
+impl Workshop<'_> {
+    /// Builds and measures everything.
+    pub fn build(&self, base: BaseMesh, stamps: Vec<u64>) -> Result<Patchwork, MakeError> {
+        let all: Vec<usize> = (0..base.mesh.face_count()).collect();
+        let (surface, curves, patches) = self.make(base, &all, &[])?;
+        Ok(Patchwork { surface, curves, patches, stamps })
+    }
+
+    /// Builds and measures what is not in `former`; also gives the number of patches that were built.
+    pub fn rebuild(
+        &self,
+        base: BaseMesh,
+        stamps: Vec<u64>,
+        former: &Patchwork,
+    ) -> Result<(Patchwork, usize), MakeError> {
+        let place: HashMap<u64, usize> = former.stamps.iter().enumerate().map(|(i, s)| (*s, i)).collect();
+        let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(s).copied()).collect();
+        let changed: Vec<bool> = old.iter().map(Option::is_none).collect();
+        let fresh = around(&base, &changed);
+        let support = around(&base, &fresh);
+        let count = support.iter().filter(|s| **s).count();
+        if count as f64 > WHOLE * fresh.len() as f64 {
+            return Ok((self.build(base, stamps)?, count));
+        }
+        let part = part(&base, &support).map_err(MakeError::Base)?;
+        let measured: Vec<usize> = (0..part.faces.len()).filter(|i| fresh[part.faces[*i]]).collect();
+        let kept = kept_rows(&part, &changed, &old, former);
+        let made =
+            self.make(part.base, &measured, &kept).map_err(|error| error.renumbered(&part.vertices))?;
+        let (part_surface, part_curves, part_patches) = made;
+
+        let mut in_part = vec![usize::MAX; fresh.len()];
+        part.faces.iter().enumerate().for_each(|(i, f)| in_part[*f] = i);
+        let mut in_measured = vec![usize::MAX; fresh.len()];
+        measured.iter().enumerate().for_each(|(i, m)| in_measured[part.faces[*m]] = i);
+        let (nets, patches) = (0..fresh.len())
+            .map(|f| match old[f] {
+                Some(o) if !fresh[f] => (former.surface.nets[o], former.patches[o]),
+                _ => (part_surface.nets[in_part[f]], part_patches[in_measured[f]]),
+            })
+            .unzip();
+        let curves: Vec<QuarticCurve> = base
+            .mesh
+            .edges()
+            .map(|e| {
+                let h = base.mesh.edge_half_edge(e);
+                let (f, side) = (base.mesh.face(h).index(), base.mesh.side(h));
+                let beside = [Some(h), base.mesh.twin(h)].into_iter().flatten();
+                let is_fresh = beside.map(|h| base.mesh.face(h).index()).any(|f| fresh[f]);
+                match old[f] {
+                    Some(o) if !is_fresh => former.curves[edge_at(&former.surface.base, o, side)],
+                    _ => part_curves[edge_at(&part_surface.base, in_part[f], side)],
+                }
+            })
+            .collect();
+        let surface = TriangularSpline::new(base, curves.iter().map(|c| c.q).collect(), nets);
+        Ok((Patchwork { surface, curves, patches, stamps }, count))
+    }
+
+    /// Everything over a mesh; only the given faces are measured, and edges with rows keep them.
+    fn make(
+        &self,
+        base: BaseMesh,
+        measured: &[usize],
+        kept: &[Option<EdgeSolution>],
+    ) -> Result<(TriangularSpline, Vec<QuarticCurve>, Vec<PatchDeviation>), MakeError> {
+        let target = FieldTarget::new(self.field, self.diagonal);
+        let curves = fit_quartics(&base, &target, self.curves).map_err(MakeError::Curve)?;
+        let surface =
+            spline::rebuild(base, &curves, &target, self.spline, kept).map_err(MakeError::Spline)?;
+        let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
+        let patches = self.measure(&surface, &ids);
+        Ok((surface, curves, patches))
+    }
+
+    /// Errors of some patches: coarsely, and finely where they are near what is not allowed.
+    fn measure(&self, surface: &TriangularSpline, ids: &[PatchId]) -> Vec<PatchDeviation> {
+        let on_lattice =
+            |lattice, ids: &[PatchId]| deviation_of(surface, self.field, self.diagonal, lattice, ids);
+        let is_near =
+            |p: &PatchDeviation| p.max_distance > self.fine_above || p.max_normal_error > NORMAL_FINE;
+        let mut patches = on_lattice(COARSE_LATTICE, ids);
+        let near: Vec<usize> = (0..ids.len()).filter(|i| is_near(&patches[*i])).collect();
+        let near_ids: Vec<PatchId> = near.iter().map(|i| ids[*i]).collect();
+        for (i, fine) in near.iter().zip(on_lattice(FINE_LATTICE, &near_ids)) {
+            patches[*i] = fine;
+        }
+        patches
+    }
+}
+
+/// The former rows of those edges of a part that keep them: no face at their ends has changed.
+fn kept_rows(
+    part: &Part,
+    changed: &[bool],
+    old: &[Option<usize>],
+    former: &Patchwork,
+) -> Vec<Option<EdgeSolution>> {
+    let mesh = &part.base.mesh;
+    let mut touched = vec![false; mesh.vertex_count()];
+    for f in mesh.faces().filter(|f| changed[part.faces[f.index()]]) {
+        mesh.triangle(f).iter().for_each(|v| touched[v.index()] = true);
+    }
+    let row = |h: HalfEdgeId, points: [usize; 3]| -> Option<[Point3; 3]> {
+        let net = &former.surface.nets[old[part.faces[mesh.face(h).index()]]?];
+        Some(points.map(|m| net[index::row(spline::DEGREE, mesh.side(h), 1, m)]))
+    };
+    let rows = |e| {
+        let h = mesh.edge_half_edge(e);
+        if [mesh.origin(h), mesh.dest(h)].iter().any(|v| touched[v.index()]) {
+            return None;
+        }
+        // The twin runs against the edge.
+        Some(EdgeSolution { r: row(h, [2, 3, 4])?, p: row(mesh.twin(h)?, [4, 3, 2])? })
+    };
+    mesh.edges().map(rows).collect()
+}
+
+/// The edge on a side of a face.
+fn edge_at(base: &BaseMesh, face: usize, side: usize) -> usize {
+    let h: HalfEdgeId = base.mesh.face_half_edges(FaceId::from(face)).nth(side).unwrap_or(HalfEdgeId(0));
+    base.mesh.edge(h).index()
+}
+
+/// All faces that share a vertex with the given ones.
+fn around(base: &BaseMesh, faces: &[bool]) -> Vec<bool> {
+    let mut vertex = vec![false; base.mesh.vertex_count()];
+    for f in base.mesh.faces().filter(|f| faces[f.index()]) {
+        base.mesh.triangle(f).iter().for_each(|v| vertex[v.index()] = true);
+    }
+    base.mesh.faces().map(|f| base.mesh.triangle(f).iter().any(|v| vertex[v.index()])).collect()
+}
+
+impl MakeError {
+    /// With the numbers of the whole mesh for those of a part. Edges keep the number that they have in the part.
+    fn renumbered(mut self, vertices: &[u32]) -> Self {
+        match &mut self {
+            Self::Curve(
+                CurveError::Infeasible { from, to, .. }
+                | CurveError::NoTangent { from, to, .. }
+                | CurveError::AlongBoxEdge { from, to, .. },
+            )
+            | Self::Spline(SplineError::SingularEdge { from, to, .. }) => {
+                (*from, *to) = (vertices[*from as usize], vertices[*to as usize]);
+            }
+            Self::Spline(SplineError::SingularVertex { vertex }) => *vertex = vertices[*vertex as usize],
+            Self::Base(_) => {}
+        }
+        self
+    }
+
+    /// The vertices in question.
+    pub fn vertices(&self) -> Vec<u32> {
+        match self {
+            Self::Curve(
+                CurveError::Infeasible { from, to, .. }
+                | CurveError::NoTangent { from, to, .. }
+                | CurveError::AlongBoxEdge { from, to, .. },
+            )
+            | Self::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
+            Self::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
+            Self::Base(_) => Vec::new(),
+        }
+    }
+}
