@@ -26,8 +26,10 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
         None => (making::formula(&model.provenance), None),
     };
     let formula = formula.ok_or_else(|| Failure::NoFormula(arguments.file.clone()))?;
-    let options = InspectOptions { region, ..Default::default() };
     let spline = &model.spline;
+    // Where the surface was cut off, nothing is missing.
+    let region = spline.base.clip.as_ref().map(|clip| clip.bounds).or(region);
+    let options = InspectOptions { region, ..Default::default() };
     let inspection =
         seconds.measure("inspection", || inspect(spline, &spline.base, Some(&formula), &options));
     let report = Report {

@@ -5,7 +5,8 @@
 mod support;
 
 use isopatch::bernstein::triangle::evaluate;
-use isopatch::geom::Vec3;
+use isopatch::field::{Constants, Formula};
+use isopatch::geom::{Aabb, Vec3};
 use isopatch::io::Unit;
 use isopatch::io::gltf::{GlbOptions, write_glb};
 use isopatch::io::obj::write_obj;
@@ -14,6 +15,7 @@ use isopatch::io::step::{StepOptions, write_step};
 use isopatch::io::stl::write_stl;
 use isopatch::io::vtk::{Cells, VtkOptions, write_vtk};
 use isopatch::numeric::quadrature::triangle_gauss;
+use isopatch::recipes::spline::{Size, SplineRecipe, fit};
 use isopatch::spline::TriangularSpline;
 use isopatch::tessellate::{TessellateOptions, Tessellation, tessellate};
 use serde_json::Value;
@@ -118,6 +120,28 @@ fn step_units_reach_the_reader() {
             assert_close(number(&report, "volume"), expected, 1e-3, unit.symbol());
             assert!(number(&report, "max_tol_edge") <= 1e-7 && number(&report, "max_tol_vertex") <= 1e-7);
         }
+        Ok(())
+    });
+}
+
+/// A cylinder that the box cuts at both ends is one open shell; a sphere inside the box beside it is a solid.
+#[test]
+fn step_of_a_surface_cut_by_a_box() {
+    check("step_of_a_surface_cut_by_a_box", || {
+        let kernel = python::test_data("tools/check_step.py")?;
+        let formula = Formula::parse("(x^2+y^2-1)((x-3)^2+y^2+z^2-1/2)", &Constants::new()).unwrap();
+        let bounds = Aabb::new(Vec3::new(-2.0, -2.0, -1.0), Vec3::new(4.0, 2.0, 1.0));
+        let recipe = SplineRecipe { bounds: Some(bounds), size: Size::Faces(131), ..Default::default() };
+        let surface = fit(&formula, &recipe, &|_| ()).unwrap().surface;
+        let border = surface.base.mesh.edges().filter(|e| !surface.base.sides_of(*e).is_empty()).count();
+        let path = write("cut.step", |out| write_step(&surface, &StepOptions::default(), out).unwrap());
+        let report = python::run(&kernel, &[&path])?;
+        for (key, expected) in [("solids", 1), ("shells", 2), ("faces", 3 * 131), ("free_edges", 2 * border)]
+        {
+            assert_eq!(report[key], expected, "{key} of {report:#}");
+        }
+        assert_eq!((&report["brepcheck_valid"], &report["transfer_warnings"]), (&true.into(), &0.into()));
+        assert!(number(&report, "max_tol_edge") <= 1e-7 && number(&report, "g0_face_face_max") <= 1e-9);
         Ok(())
     });
 }

@@ -63,3 +63,46 @@ pub(super) fn flip_bridges(mesh: &Connectivity, sides: &[BoxSides], h: u32) -> b
 pub(super) fn larger([first, second]: [BoxSides; 2]) -> BoxSides {
     if first.contains_all(second) { first } else { second }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::super::clip::BoxSide;
+    use super::*;
+
+    fn sides(of: &[usize]) -> BoxSides {
+        of.iter().map(|axis| BoxSide { axis: *axis, upper: true }).collect()
+    }
+
+    #[test]
+    fn a_vertex_merges_into_one_with_more_sides_only() {
+        let [none, x, y, xy] = [&[][..], &[0], &[1], &[0, 1]].map(sides);
+        assert_eq!(Merge::of(none, none, false), Some(Merge::Between));
+        assert_eq!(Merge::of(x, x, true), Some(Merge::Between));
+        assert_eq!(Merge::of(none, x, false), Some(Merge::AtSecond));
+        assert_eq!(Merge::of(xy, x, true), Some(Merge::AtFirst));
+        assert_eq!(Merge::of(y, xy, true), Some(Merge::AtSecond));
+        // From one border curve to another; across the edge of the box; from one crossing of it to another.
+        assert_eq!(Merge::of(x, x, false), None);
+        assert_eq!(Merge::of(x, y, true), None);
+        assert_eq!(Merge::of(xy, xy, true), None);
+        assert_eq!(larger([x, xy]), xy);
+        assert_eq!(larger([xy, none]), xy);
+    }
+
+    /// A fan of three triangles around vertex 0; 1, 2, 3, 4 are the border beside it.
+    #[test]
+    fn bridges_are_seen_before_they_are_built() {
+        let mesh = Connectivity::from_faces(5, &[[0, 1, 2], [0, 2, 3], [0, 3, 4]]).unwrap();
+        let [x, y] = [&[0][..], &[1]].map(sides);
+        let edge = |ends: [u32; 2]| {
+            mesh.edges().find(|h| [mesh.origin(*h), mesh.dest(*h)].iter().all(|v| ends.contains(v))).unwrap()
+        };
+        // A flip of 0–2 joins 1 and 3.
+        assert!(flip_bridges(&mesh, &[x, x, y, x, y], edge([0, 2])));
+        assert!(!flip_bridges(&mesh, &[x, x, y, y, y], edge([0, 2])));
+        // Merged with 1, vertex 0 has an edge inside to 3.
+        assert!(collapse_bridges(&mesh, &[x, x, y, x, y], edge([0, 1])));
+        assert!(!collapse_bridges(&mesh, &[x, x, y, y, x], edge([0, 1])));
+    }
+}

@@ -118,3 +118,48 @@ impl Gathering {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::base::test_fields::{cube, field};
+    use crate::base::{SeedOptions, seed_mesh};
+
+    fn corners_of(text: &str) -> usize {
+        let seed = seed_mesh(&field(text), &cube(1.0), None, &SeedOptions::default()).unwrap();
+        let clip = seed.mesh.clip.unwrap();
+        let at_corner = |v: &usize| clip.sides[*v].len() == 3;
+        let found: Vec<usize> = (0..clip.sides.len()).filter(at_corner).collect();
+        assert!(found.iter().all(|v| clip.bounds.corners().contains(&seed.mesh.positions[*v])));
+        found.len()
+    }
+
+    #[test]
+    fn a_surface_through_corners_has_a_vertex_there() {
+        // The border leaves (1, 1, −1) through two sides in both; one sign change on its edges, or two.
+        assert_eq!(corners_of("x+2y+3z"), 2);
+        assert_eq!(corners_of("x+y+2z"), 2);
+        assert_eq!(corners_of("x-2y+z"), 2);
+        assert_eq!(corners_of("x+y+z"), 0);
+    }
+
+    #[test]
+    fn a_corner_that_is_cut_off_by_rounding_alone_is_refused() {
+        let bounds = cube(1.0);
+        let positions = [0, 1, 2].map(|axis| {
+            let mut p = bounds.max;
+            p[axis] -= 0.01;
+            p
+        });
+        let sides = positions.iter().map(|p| BoxSides::of(p, &bounds)).collect();
+        let mesh = TriangleMesh {
+            positions: positions.to_vec(),
+            faces: vec![[0, 1, 2]],
+            clip: Some(Clip { bounds, sides }),
+        };
+        let error = gather_at_corners(&field("x+y+z-3+1e-13"), mesh.clone()).unwrap_err();
+        assert_eq!(error, BaseError::TouchesCorner { at: bounds.max });
+        assert_eq!(gather_at_corners(&field("x+y+z-2.99"), mesh.clone()).unwrap(), mesh);
+    }
+}
