@@ -1,7 +1,7 @@
 //! What every [`Field`] must satisfy, checked on samples.
 
 use super::Field;
-use crate::geom::{Aabb, Interval, Jets, Point3, Points, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jets, Point3, Points, Vec3};
 
 /// A fixed sequence of numbers in [0, 1), the same at every run: a linear congruential generator (Knuth, MMIX).
 pub(crate) struct Sequence(u64);
@@ -109,17 +109,35 @@ fn check_derivatives(field: &dyn Field, p: Point3) {
 fn check_ranges(field: &dyn Field, cell: &Aabb, sequence: &mut Sequence) {
     let range = field.range(cell);
     let (with_gradient, slopes) = field.gradient_range(cell);
+    let linear = field.linear_range(cell);
+    let (linear_with_gradient, linear_slopes) = field.linear_gradient_range(cell);
     let corners = (0..8).map(|k| Point3::from_fn(|axis, _| [cell.min, cell.max][k >> axis & 1][axis]));
     let inside: Vec<Point3> = (0..30).map(|_| sequence.point(cell)).collect();
     for p in corners.chain(inside) {
         let (value, gradient) = field.gradient(p);
         assert!(range.contains(value), "{value} outside {range:?} at {p:?} of {cell:?}");
         assert!(with_gradient.contains(value));
+        check_linear(&linear, cell, &p, value);
+        check_linear(&linear_with_gradient, cell, &p, value);
         for axis in 0..3 {
             let slope = gradient[axis];
             assert!(slopes[axis].contains(slope), "{slope} outside {:?} at {p:?} of {cell:?}", slopes[axis]);
+            check_linear(&linear_slopes[axis], cell, &p, slope);
         }
     }
+}
+
+fn check_linear(linear: &Affine, cell: &Aabb, p: &Point3, value: f64) {
+    assert!(linear.range().contains(value), "{value} outside {linear:?} at {p:?} of {cell:?}");
+    let share =
+        (p - cell.center()).component_div(&(0.5 * cell.size())).map(|u| if u.is_finite() { u } else { 0.0 });
+    let predicted = linear.center + (0..3).map(|i| linear.slope[i] * share[i]).sum::<f64>();
+    // The position in the cell was rounded.
+    let rounding = 1e-9 * linear.radius() + 4.0 * f64::EPSILON * linear.center.abs();
+    assert!(
+        (value - predicted).abs() <= linear.error + rounding,
+        "{value} against {linear:?} at {p:?} of {cell:?}"
+    );
 }
 
 /// All of space, and half of it, are cells like any other.

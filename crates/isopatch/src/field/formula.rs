@@ -12,7 +12,7 @@ use super::parse::parse;
 use super::polynomial::Polynomial;
 use super::tape::{Tape, cell_inputs};
 use super::token::{Span, tokenize};
-use crate::geom::{Aabb, Interval, Jet, Jets, Mat3, Point3, Points, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Mat3, Point3, Points, PointsMut, PointsView, Vec3};
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -186,6 +186,17 @@ impl Field for Formula {
 
     fn gradient_range(&self, cell: &Aabb) -> (Interval, [Interval; 3]) {
         let [f, x, y, z] = self.gradient_tape().evaluate(cell_inputs(cell));
+        (f, [x, y, z])
+    }
+
+    fn linear_range(&self, cell: &Aabb) -> Affine {
+        let [f] = self.value.evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
+        f
+    }
+
+    fn linear_gradient_range(&self, cell: &Aabb) -> (Affine, [Affine; 3]) {
+        let [f, x, y, z] =
+            self.gradient_tape().evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
         (f, [x, y, z])
     }
 

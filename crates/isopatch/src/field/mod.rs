@@ -31,7 +31,7 @@ pub use formula::Formula;
 pub use polynomial::{Exponents, Polynomial};
 pub use token::Span;
 
-use crate::geom::{Aabb, Interval, Jet, Jets, Point3, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Point3, PointsMut, PointsView, Vec3};
 
 /// A scalar function f(x, y, z); its surface is f = 0, inside is f < 0, and ∇f points out.
 ///
@@ -52,6 +52,17 @@ pub trait Field: Send + Sync {
 
     /// Enclosures of f and of the three components of ∇f over the cell, rounded outward.
     fn gradient_range(&self, cell: &Aabb) -> (Interval, [Interval; 3]);
+
+    /// f over the cell as a linear function and a bound on the rest, rounded outward.
+    fn linear_range(&self, cell: &Aabb) -> Affine {
+        self.range(cell).into()
+    }
+
+    /// f and the three components of ∇f over the cell as linear functions and bounds on the rest, rounded outward.
+    fn linear_gradient_range(&self, cell: &Aabb) -> (Affine, [Affine; 3]) {
+        let (f, gradient) = self.gradient_range(cell);
+        (f.into(), gradient.map(Affine::from))
+    }
 
     /// A bound on the difference between the computed and the exact f(p), from rounding alone.
     fn rounding_bound(&self, p: Point3) -> f64;
