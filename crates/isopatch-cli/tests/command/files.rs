@@ -16,7 +16,9 @@ fn a_formula_becomes_every_kind_of_file() {
     line.extend(outputs.iter().flat_map(|name| ["-o", *name]));
     let run = folder.run(&line);
     run.assert_done();
-    for word in ["40", "closed", "Euler number 2", "genus 0", "RMS", "normal jump", "files"] {
+    for word in
+        ["40", "closed", "Euler number 2", "genus 0", "RMS", "normal jump", "no self-intersections", "files"]
+    {
         assert!(run.stdout.contains(word), "\"{word}\" is not in: {}", run.stdout);
     }
     assert!(!run.stdout.contains('\x1b'), "no control characters in a pipe");

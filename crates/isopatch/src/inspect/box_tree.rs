@@ -4,7 +4,7 @@ use crate::geom::Aabb;
 use rayon::join;
 
 /// Most boxes in a leaf: so many are cheaper to compare one by one.
-const LEAF: usize = 4;
+const LEAF: usize = 8;
 /// Height from which on the halves of a tree are worked on in parallel.
 const PARALLEL_HEIGHT: u32 = 5;
 

@@ -31,13 +31,14 @@ pub struct Seams {
 /// the surface stands.
 pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
     let intervals = samples.max(2) - 1;
-    let parameters: Vec<f64> = (0..=intervals).map(|i| i as f64 / intervals as f64).collect();
+    let parameters = (0..=intervals).map(|i| i as f64 / intervals as f64);
+    let tables: Tables = std::array::from_fn(|n| parameters.clone().map(|t| (t, bernstein(n, t))).collect());
     let measured: Vec<_> = surface
         .seams()
         .par_iter()
         .map(|seam| {
             let second = seam.second?;
-            let (gap, jump) = measure(surface, seam.first, second, &parameters);
+            let (gap, jump) = measure(surface, seam.first, second, &tables);
             Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
         })
         .collect();
@@ -54,22 +55,18 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
     result
 }
 
+/// Bernstein polynomials of every degree that occurs, at the parameters of the samples.
+type Tables = [Vec<(f64, [f64; MAX_ROW])>; MAX_ROW];
+
 /// Largest gap (a length) and largest normal jump (an angle) of one seam.
-fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters: &[f64]) -> (f64, f64) {
+fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, tables: &Tables) -> (f64, f64) {
     let (a, b) = (Rows::new(surface, first), Rows::new(surface, second));
-    let (mut of_a, mut of_b) = ([0.0; MAX_ROW], [0.0; MAX_ROW]);
     let (mut gap, mut widest) = (0.0, Widest::default());
-    for t in parameters {
-        bernstein(a.degree - 1, *t, &mut of_a);
-        if a.degree == b.degree {
-            of_b = of_a;
-        } else {
-            bernstein(b.degree - 1, *t, &mut of_b);
-        }
+    for ((t, of_a), (_, of_b)) in tables[a.degree - 1].iter().zip(&tables[b.degree - 1]) {
         // From a common point: the difference of equal points is exactly zero wherever they are.
-        let offset = a.offset(*t, &of_a, &a.edge[0]) - b.offset(*t, &of_b, &a.edge[0]);
+        let offset = a.offset(*t, of_a, &a.edge[0]) - b.offset(*t, of_b, &a.edge[0]);
         gap = f64::max(gap, or_infinite(offset.norm()));
-        widest.add(a.normal(&of_a), b.normal(&of_b));
+        widest.add(a.normal(of_a), b.normal(of_b));
     }
     (gap, widest.angle())
 }
@@ -158,7 +155,8 @@ impl Rows {
 }
 
 /// Bernstein polynomials of degree `n` at t.
-fn bernstein(n: usize, t: f64, b: &mut [f64; MAX_ROW]) {
+fn bernstein(n: usize, t: f64) -> [f64; MAX_ROW] {
+    let mut b = [0.0; MAX_ROW];
     b[0] = 1.0;
     for degree in 1..=n {
         b[degree] = t * b[degree - 1];
@@ -167,4 +165,5 @@ fn bernstein(n: usize, t: f64, b: &mut [f64; MAX_ROW]) {
         }
         b[0] *= 1.0 - t;
     }
+    b
 }

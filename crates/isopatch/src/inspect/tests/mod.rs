@@ -415,6 +415,7 @@ fn the_table_names_every_figure() {
         "20 on 12 vertices",
         "closed, 1 component,",
         "largest gap",
+        "self-intersections    0 in 320 triangles",
         "distance to field",
         "distance from field",
     ] {
