@@ -161,7 +161,11 @@ impl MakeError {
     /// With the numbers of the whole mesh for those of a part. Edges keep the number that they have in the part.
     fn renumbered(mut self, vertices: &[u32]) -> Self {
         match &mut self {
-            Self::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            Self::Curve(
+                CurveError::Infeasible { from, to, .. }
+                | CurveError::NoTangent { from, to, .. }
+                | CurveError::AlongBoxEdge { from, to, .. },
+            )
             | Self::Spline(SplineError::SingularEdge { from, to, .. }) => {
                 (*from, *to) = (vertices[*from as usize], vertices[*to as usize]);
             }
@@ -174,7 +178,11 @@ impl MakeError {
     /// The vertices in question.
     pub fn vertices(&self) -> Vec<u32> {
         match self {
-            Self::Curve(CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. })
+            Self::Curve(
+                CurveError::Infeasible { from, to, .. }
+                | CurveError::NoTangent { from, to, .. }
+                | CurveError::AlongBoxEdge { from, to, .. },
+            )
             | Self::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
             Self::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
             Self::Base(_) => Vec::new(),

@@ -143,6 +143,8 @@ const NEAR: f64 = 0.35;
 const BACK_ROUNDS: usize = 3;
 /// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
 const TOLERANCE_TURN: f64 = 1.25;
+/// Its anisotropy: corners may be wider than where no patch is measured before the end.
+const TOLERANCE_ANISOTROPY: f64 = 3.0;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -210,10 +212,17 @@ fn attempt(
     let mut stages = Stages { seconds: Seconds::default(), progress };
     let bounds = stages.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
     let negated = stages.run("box", || base::outside_is_negative(formula, &bounds))?;
-    let formula = if negated { formula.negated() } else { formula.clone() };
-    let work = Work { formula, bounds, recipe };
+    let oriented = if negated { formula.negated() } else { formula.clone() };
+    let mut work = Work { formula: oriented, bounds, recipe };
 
-    let first = stages.run("base mesh", || work.first_mesh(faces))?;
+    let mut first = stages.run("base mesh", || work.first_mesh(faces))?;
+    // The samples of the box have missed where the surface leaves it.
+    let is_open = first.base.clip.is_some();
+    if negated && is_open {
+        work.formula = formula.clone();
+        first = stages.run("base mesh", || work.first_mesh(faces))?;
+    }
+    let negated = negated && !is_open;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     let made = work.surface(&mesh, &mut stages);
     let mut wish = work.wish(&made, &mesh, 0);
@@ -310,7 +319,10 @@ impl Work<'_> {
         };
         // Counts are searched for where the whole surface is made, not only its base mesh.
         let mut options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
-        if let Size::Tolerance(_) = self.recipe.size { options.remesh.sizing.turn = TOLERANCE_TURN; }
+        if let Size::Tolerance(_) = self.recipe.size {
+            let sizing = &mut options.remesh.sizing;
+            (sizing.turn, sizing.anisotropy) = (TOLERANCE_TURN, TOLERANCE_ANISOTROPY);
+        }
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => {
