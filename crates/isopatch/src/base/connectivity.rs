@@ -345,7 +345,7 @@ impl Connectivity {
     }
 
     /// Corners of some faces.
-    pub fn clone_faces(&self, faces: &[u32]) -> Vec<[u32; 3]> {
+    pub fn corners_of(&self, faces: &[u32]) -> Vec<[u32; 3]> {
         faces.iter().map(|f| self.corners(3 * f)).collect()
     }
 
@@ -356,7 +356,10 @@ impl Connectivity {
         half_edges.sort_unstable();
         half_edges.dedup();
         Snapshot {
-            half_edges: half_edges.into_iter().map(|h| (h, self.origin(h), self.twin[h as usize])).collect(),
+            half_edges: half_edges
+                .into_iter()
+                .map(|h| (h, self.origin[h as usize], self.twin[h as usize]))
+                .collect(),
             vertices: vertices.iter().map(|v| (*v, self.outgoing[*v as usize])).collect(),
             face_count: self.face_count,
         }

@@ -187,7 +187,7 @@ impl Decimation {
         let n = (self.normals[a as usize] + self.normals[b as usize]).normalize();
         if !self.mesh.can_collapse(h)
             || !self.looks_outward(h, &x, &n, turn_limit)
-            || collapse_bridges(&self.mesh, &self.sides, h)
+            || collapse_bridges(&self.mesh, |v| self.sides[v as usize], h)
         {
             return;
         }

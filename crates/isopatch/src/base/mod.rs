@@ -13,6 +13,7 @@
 //! [`validity`] says whether a mesh, wherever it comes from, is fit for a spline surface.
 
 mod base_mesh;
+mod batch;
 mod border;
 mod bounds;
 mod build;
@@ -55,13 +56,14 @@ mod test_fields;
 mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};
+pub use batch::Batch;
 pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
 pub use build::{BaseOptions, BaseOutcome, Repair, base_from_seed, build, finish};
 pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
 pub use error::BaseError;
 pub use given::from_mesh;
-pub use local::{Batch, Change, Draft, Part, part};
+pub use local::{Change, Draft, Part, part};
 pub use polygonize::{Polygonization, PolygonizeOptions, polygonize};
 pub use project::{ProjectOptions, Projection, project_points};
 pub use refine::{edge_lengths, refine};

@@ -143,6 +143,8 @@ const NEAR: f64 = 0.35;
 const BACK_ROUNDS: usize = 3;
 /// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
 const TOLERANCE_TURN: f64 = 1.25;
+/// Its anisotropy: corners may be wider than where no patch is measured before the end.
+const TOLERANCE_ANISOTROPY: f64 = 3.0;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -309,7 +311,8 @@ impl Work<'_> {
         // Counts are searched for where the whole surface is made, not only its base mesh.
         let mut options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
         if let Size::Tolerance(_) = self.recipe.size {
-            options.remesh.sizing.turn = TOLERANCE_TURN;
+            let sizing = &mut options.remesh.sizing;
+            (sizing.turn, sizing.anisotropy) = (TOLERANCE_TURN, TOLERANCE_ANISOTROPY);
         }
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
