@@ -107,6 +107,7 @@ fn open_surfaces_keep_a_tolerance() {
         let fitted = made(text, min, max, Size::Tolerance(1e-4));
         let found = inspected(&fitted);
         assert!(fitted.reached, "{text}");
+        assert!(found.seams.max_normal_jump <= 1e-9, "{text}: {:?}", found.seams);
         assert_ends_in_the_box(&fitted);
         let distance = found.deviation.unwrap().max_distance.max(found.coverage.unwrap().max_distance);
         assert!(distance <= 1e-4, "{text}: {distance:e}");
