@@ -9,6 +9,7 @@ use crate::making;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
+use isopatch::base::BaseOptions;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
@@ -26,7 +27,7 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let input = Input::new(&arguments.input, &options.set)?;
     outputs::check(&options.output, options.report.as_deref())?;
     if let Some(threads) = options.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
         pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
     }
     let progress = Progress::new(options.quiet);
@@ -59,6 +60,7 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
         bounds: options.bounds.or(input.bounds),
         size: size(input, options),
         given: options.base.as_deref().map(read_base).transpose()?,
+        base: BaseOptions { method: options.base_method.map_or_else(Default::default, Into::into), ..Default::default() },
         ..Default::default()
     };
     Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)

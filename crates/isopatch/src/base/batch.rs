@@ -75,7 +75,10 @@ impl<'d, 'a> Batch<'d, 'a> {
 
     /// Merges the ends of an edge and relaxes the faces around; none, and no change, if a face would not be valid.
     pub fn collapse(&mut self, h: u32) -> Option<Change> {
-        if !self.is_free(h) || !self.mesh.can_collapse(h) || collapse_bridges(&self.mesh, |v| self.sides(v), h) {
+        if !self.is_free(h)
+            || !self.mesh.can_collapse(h)
+            || collapse_bridges(&self.mesh, |v| self.sides(v), h)
+        {
             return None;
         }
         let [a, b] = self.ends(h);
@@ -146,8 +149,7 @@ impl<'d, 'a> Batch<'d, 'a> {
 
     /// The faces at some vertices, ascending.
     fn faces_at(&self, vertices: &[u32]) -> Vec<u32> {
-        let mut faces: Vec<u32> =
-            vertices.iter().flat_map(|v| self.mesh.ring(*v)).map(|h| h / 3).collect();
+        let mut faces: Vec<u32> = vertices.iter().flat_map(|v| self.mesh.ring(*v)).map(|h| h / 3).collect();
         faces.sort_unstable();
         faces.dedup();
         faces
@@ -157,7 +159,9 @@ impl<'d, 'a> Batch<'d, 'a> {
     fn relax(&mut self, v: u32) -> bool {
         let sides = self.sides(v);
         for _ in 0..RELAXATIONS {
-            if sides.is_empty() && let Some(middle) = self.middle_of_ring(v) {
+            if sides.is_empty()
+                && let Some(middle) = self.middle_of_ring(v)
+            {
                 self.draft.place(v, middle, sides);
             }
             for _ in 0..FLIPS {

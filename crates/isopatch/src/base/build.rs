@@ -14,12 +14,25 @@ use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
+/// How a seed mesh becomes a base mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BaseMethod {
+    /// Decimated, then remeshed with edge lengths that follow curvature and estimated errors.
+    #[default]
+    Remesh,
+    /// Decimated by quadric errors (Garland & Heckbert 1997), then only flipped: the vertices stay where decimation left
+    /// them, but for their projection.
+    Decimate,
+}
+
 /// Settings of [`build`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseOptions {
     /// Exact number of faces; for a closed surface an odd one is raised by one, as a closed triangle mesh has an even
     /// number. None: as many as the curvature asks for.
     pub faces: Option<usize>,
+    /// Default: remeshing.
+    pub method: BaseMethod,
     /// The seed grid.
     pub seed: SeedOptions,
     /// Remeshing, with edge lengths and projection.
@@ -41,6 +54,16 @@ pub struct Repair {
     pub place: String,
     /// For which reason.
     pub why: String,
+}
+
+impl BaseOptions {
+    /// How the decimated seed is remeshed.
+    fn first_remesh(&self) -> RemeshOptions {
+        match self.method {
+            BaseMethod::Remesh => self.remesh,
+            BaseMethod::Decimate => RemeshOptions { rounds: 0, polish: 1, smoothing: 0, ..self.remesh },
+        }
+    }
 }
 
 /// A base mesh and what is to be said about it.
@@ -108,7 +131,7 @@ fn shaped(
     options: &BaseOptions,
 ) -> Result<BaseMesh, BaseError> {
     let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
-    let fine = remesh(field, &coarse, faces, seed.diagonal, &options.remesh)?;
+    let fine = remesh(field, &coarse, faces, seed.diagonal, &options.first_remesh())?;
     let base = finish(field, fine, &options.remesh.projection)?;
     require_convex_corners(&validity(&base, &options.limits))?;
     Ok(base)
@@ -190,7 +213,7 @@ pub(super) fn base_of(
         None => EdgeFeature::Boundary,
     };
     let features = mesh.edges().map(feature).collect();
-    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip })
+    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip, frozen_diagonal: None })
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.

@@ -80,7 +80,8 @@ pub(super) fn check(
         let holds = |corners: &[usize], on: Side| {
             pieces.iter().all(|piece| {
                 let Some(region) = piece.region(corners, on) else { return true };
-                piece.has_one_sign(&linear, &region, rounding) || piece.is_rising(&gradient, on, &region, rounding)
+                piece.has_one_sign(&linear, &region, rounding)
+                    || piece.is_rising(&gradient, on, &region, rounding)
             })
         };
         if !holds(&corners, INSIDE) {
@@ -99,7 +100,8 @@ const INSIDE: Side = [None; 3];
 
 /// The faces, edges and corners of the box that a leaf touches.
 fn sides_of(sides: &[[bool; 2]; 3]) -> impl Iterator<Item = Side> {
-    let choices = sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
+    let choices =
+        sides.map(|[lower, upper]| [Some(None), lower.then_some(Some(0)), upper.then_some(Some(2))]);
     let [x, y, z] = choices.map(|c| c.into_iter().flatten());
     let all = x.flat_map(move |x| {
         let z = z.clone();
@@ -205,7 +207,8 @@ impl Piece {
     fn has_one_sign(&self, g: &Linear, region: &Region, rounding: f64) -> bool {
         let f = Linear::from(&self.bounds.value);
         let at_center = g.center + (0..3).map(|i| g.slope[i] * self.center[i]).sum::<f64>();
-        let g = Linear { center: at_center, slope: g.slope.map(|s| s * self.half), error: rounding * g.size() };
+        let g =
+            Linear { center: at_center, slope: g.slope.map(|s| s * self.half), error: rounding * g.size() };
         let ([f_low, f_high], [g_low, g_high]) = (f.range(region), g.range(region));
         let slack = rounding * f.size();
         (f_low > slack && g_low > 0.0) || (f_high < -slack && g_high < 0.0)
@@ -264,7 +267,12 @@ mod tests {
     #[test]
     fn gradients_of_linear_functions_are_exact() {
         let values = sampled(|[x, y, z]| 0.3 + 2.0 * x - 3.0 * y + 0.5 * z);
-        for set in [NodeSet::CORNERS, NodeSet::PLAIN, NodeSet::beside_finer(|n| n == 1), NodeSet::beside_finer(|n| n % 4 == 1)] {
+        for set in [
+            NodeSet::CORNERS,
+            NodeSet::PLAIN,
+            NodeSet::beside_finer(|n| n == 1),
+            NodeSet::beside_finer(|n| n % 4 == 1),
+        ] {
             for_tetrahedra(&cell(), set, |t| {
                 let Linear { center, slope: g, .. } = interpolation(t, &values);
                 assert!((0..3).all(|i| (g[i] - [2.0, -3.0, 0.5][i]).abs() < 1e-14), "{g:?}");
@@ -290,7 +298,10 @@ mod tests {
         let wrong = Bounds { value: plane.value, gradient: [-1.0, 0.0, -0.2].map(constant) };
         assert_eq!(check(&wrong, &values, &AWAY), Err(Doubt::Inside));
         // Along the side z = −1 the function z + x²/4 hardly changes.
-        let bowl = Bounds { value: z + x.square().scaled(0.25), gradient: [x.scaled(0.5), constant(0.0), constant(1.0)] };
+        let bowl = Bounds {
+            value: z + x.square().scaled(0.25),
+            gradient: [x.scaled(0.5), constant(0.0), constant(1.0)],
+        };
         let values = sampled(|[x, _, z]| z + 0.25 * x * x);
         assert_eq!(check(&bowl, &values, &AWAY), Ok(()));
         let lowest = [[false; 2], [false; 2], [true, false]];

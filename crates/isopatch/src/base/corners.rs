@@ -38,7 +38,8 @@ pub(super) fn gather_at_corners(field: &dyn Field, mesh: TriangleMesh) -> Result
     let Some(connectivity) = Connectivity::from_faces(mesh.positions.len(), &mesh.faces) else {
         return Ok(mesh);
     };
-    let mut work = Gathering { connectivity, sides: clip.sides.clone(), positions: mesh.positions.clone(), bounds };
+    let mut work =
+        Gathering { connectivity, sides: clip.sides.clone(), positions: mesh.positions.clone(), bounds };
     for corner in passed {
         let here = work.vertices_of(field, &corner, reach);
         work.gather(&here, corner).ok_or(BaseError::TouchesCorner { at: corner })?;

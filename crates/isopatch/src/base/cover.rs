@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::certificate::{Bounds, Doubt, Piece, check, has_sign_of};
-use super::octree::{Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings};
+use super::octree::{
+    Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings,
+};
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
 use crate::geom::{Point3, Points};
@@ -79,9 +81,8 @@ impl Leaf {
         let (now_by_axis, before_by_axis) = (radii(self), radii(parent));
         let most = now_by_axis.iter().fold(0.0, |most: f64, r| most.max(*r));
         // Derivatives by u are half as large from the start.
-        let is_stuck = |a: usize| {
-            now_by_axis[a] >= SHARE * most && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a])
-        };
+        let is_stuck =
+            |a: usize| now_by_axis[a] >= SHARE * most && !is_tighter(2.0 * now_by_axis[a], before_by_axis[a]);
         (now.is_infinite() || is_tighter(now, before)) && (0..3).any(is_stuck)
     }
 
@@ -191,8 +192,7 @@ impl<'a> Cover<'a> {
     fn check_alone(&self, leaf: &Leaf) -> Checked {
         let mut values = [0.0; LOCAL_NODES];
         let inside = NodeSet::PLAIN.iter();
-        let points: Points =
-            inside.map(|n| self.lattice.position(leaf.cell.node(local(n)))).collect();
+        let points: Points = inside.map(|n| self.lattice.position(leaf.cell.node(local(n)))).collect();
         let mut f = [0.0; NodeSet::PLAIN_COUNT];
         self.field.values(points.view(), &mut f);
         NodeSet::PLAIN.iter().zip(f).for_each(|(n, f)| values[n] = f);
@@ -336,7 +336,8 @@ impl<'a> Cover<'a> {
     /// How far rounding moves nodes, in half edges of the cell.
     fn offset(&self, cell: &Cell) -> f64 {
         let space = self.lattice.cell_box(cell);
-        let (half, reach) = (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
+        let (half, reach) =
+            (0.5 * space.size().min(), self.lattice.bounds.min.abs().sup(&self.lattice.bounds.max.abs()));
         f64::EPSILON * reach.max() / half
     }
 
@@ -440,7 +441,11 @@ fn touches(child: &Cell, cell: &Cell, corner: usize, side: usize) -> bool {
     let axis = side / 2;
     (0..3).all(|a| {
         let (low, high) = (child.corner[a], child.corner[a] + child.edge());
-        if a == axis { node[a] == if side % 2 == 1 { low } else { high } } else { node[a] == low || node[a] == high }
+        if a == axis {
+            node[a] == if side % 2 == 1 { low } else { high }
+        } else {
+            node[a] == low || node[a] == high
+        }
     })
 }
 

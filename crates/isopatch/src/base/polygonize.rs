@@ -137,7 +137,9 @@ const SHOWN: usize = 4;
 /// Fails if there are cells as small as can be in which the surface may be singular.
 fn refuse_unresolved(cover: &Cover<'_>) -> Result<(), BaseError> {
     let unresolved: Vec<&Leaf> = (cover.leaves.iter())
-        .filter(|leaf| leaf.uncertain && leaf.cell.level == DEEPEST && !leaf.is_stuck() && leaf.may_be_singular())
+        .filter(|leaf| {
+            leaf.uncertain && leaf.cell.level == DEEPEST && !leaf.is_stuck() && leaf.may_be_singular()
+        })
         .collect();
     if unresolved.is_empty() {
         return Ok(());

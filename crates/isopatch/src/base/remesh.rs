@@ -433,7 +433,8 @@ impl Remesher<'_> {
 
     /// May the edge be flipped, as far as the connectivity and the sides of the box are concerned?
     fn can_flip(&self, h: u32) -> bool {
-        self.mesh.can_flip(h) && !self.clip.as_ref().is_some_and(|c| flip_bridges(&self.mesh, |v| c.sides[v as usize], h))
+        self.mesh.can_flip(h)
+            && !self.clip.as_ref().is_some_and(|c| flip_bridges(&self.mesh, |v| c.sides[v as usize], h))
     }
 
     /// Widest corner (as a cosine) and worst facing of the two faces at an edge, whose right apex is d, before and after

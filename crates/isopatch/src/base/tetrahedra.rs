@@ -174,7 +174,9 @@ mod tests {
     fn volume(corners: [usize; 4]) -> i64 {
         let [o, a, b, c] = corners.map(|n| local(n).map(i64::from));
         let [a, b, c] = [a, b, c].map(|p| [p[0] - o[0], p[1] - o[1], p[2] - o[2]]);
-        a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+        a[0] * (b[1] * c[2] - b[2] * c[1])
+            + a[1] * (b[2] * c[0] - b[0] * c[2])
+            + a[2] * (b[0] * c[1] - b[1] * c[0])
     }
 
     fn cells() -> [Cell; 8] {
@@ -210,7 +212,8 @@ mod tests {
                 for_tetrahedra(cell, set, |t| {
                     let nodes = t.map(|n| cell.node(local(n)));
                     for left_out in 0..4 {
-                        let mut triangle: Vec<_> = (0..4).filter(|k| *k != left_out).map(|k| nodes[k]).collect();
+                        let mut triangle: Vec<_> =
+                            (0..4).filter(|k| *k != left_out).map(|k| nodes[k]).collect();
                         triangle.sort_unstable();
                         *uses.entry(triangle).or_insert(0) += 1;
                     }
@@ -218,9 +221,8 @@ mod tests {
             }
             let extent = 2 * cells()[0].edge();
             for (triangle, count) in uses {
-                let is_outside = (0..3).any(|a| {
-                    [0, extent].iter().any(|side| triangle.iter().all(|node| node[a] == *side))
-                });
+                let is_outside = (0..3)
+                    .any(|a| [0, extent].iter().any(|side| triangle.iter().all(|node| node[a] == *side)));
                 assert_eq!(count, if is_outside { 1 } else { 2 });
             }
         }

@@ -29,6 +29,7 @@ fn triangle(corners: [Point3; 3], curvatures: [f64; 3]) -> BaseMesh {
         curvatures: curvatures.map(|k| k * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0))).to_vec(),
         features: vec![EdgeFeature::Boundary; 3],
         clip: None,
+        frozen_diagonal: None,
     }
 }
 

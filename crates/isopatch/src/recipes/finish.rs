@@ -30,8 +30,8 @@ const THIN_ROUNDS: usize = 60;
 /// scatter.
 const TRIED: f64 = 1.3;
 /// Patches that may be built for measured collapses: this many, or this share of those built before.
-const LEAST_THINNING: usize = 6_000;
-const THINNING_SHARE: f64 = 0.5;
+const LEAST_THINNING: usize = 4_000;
+const THINNING_SHARE: f64 = 0.25;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -102,6 +102,14 @@ impl Finisher<'_> {
             self.work = self.rebuilt()?;
         }
         Ok(splits > 0)
+    }
+
+    /// Builds everything, in another workshop than before.
+    pub fn build_again(&mut self) -> Result<(), MakeError> {
+        let base = self.draft.base().map_err(MakeError::Base)?;
+        self.work = self.workshop.build(base, self.draft.live_stamps())?;
+        self.built += self.work.patches.len();
+        Ok(())
     }
 
     fn rebuilt(&mut self) -> Result<Patchwork, MakeError> {

@@ -70,14 +70,33 @@ fn surfaces_cut_by_a_box_are_smooth_inside_and_end_in_its_sides() {
         ("z-x^2-y^2", [-1.0, -1.0, -0.25], [1.0, 1.0, 0.9], 150),
         ("x^2+y^2-1", [-1.5, -1.5, -1.0], [1.5, 1.5, 1.0], 60),
     ] {
-        let fitted = match attempt(text, min, max, Size::Faces(faces)) { Ok(f) => f, Err(e) => { eprintln!("ERR loops {text} {e}"); continue } };
+        let fitted = match attempt(text, min, max, Size::Faces(faces)) {
+            Ok(f) => f,
+            Err(e) => {
+                eprintln!("ERR loops {text} {e}");
+                continue;
+            }
+        };
         let found = inspected(&fitted);
         let deviation = found.deviation.as_ref().unwrap();
-        eprintln!("{text} {faces}: {} loops {} jump {:.1e} max {:.1e} back {:?} n {:.2} folded {}", fitted.surface.nets.len(), found.topology.boundary_loops, found.seams.max_normal_jump, deviation.max_distance, found.coverage.map(|c| c.max_distance), deviation.max_normal_error.to_degrees(), deviation.folded);
+        eprintln!(
+            "{text} {faces}: {} loops {} jump {:.1e} max {:.1e} back {:?} n {:.2} folded {}",
+            fitted.surface.nets.len(),
+            found.topology.boundary_loops,
+            found.seams.max_normal_jump,
+            deviation.max_distance,
+            found.coverage.map(|c| c.max_distance),
+            deviation.max_normal_error.to_degrees(),
+            deviation.folded
+        );
         assert_eq!(fitted.surface.nets.len(), faces, "{text}");
         assert!(!fitted.negated);
         assert_ends_in_the_box(&fitted);
-        assert!(found.seams.max_gap == 0.0 && found.seams.max_normal_jump < 1e-9, "{text}: {:?}", found.seams);
+        assert!(
+            found.seams.max_gap == 0.0 && found.seams.max_normal_jump < 1e-9,
+            "{text}: {:?}",
+            found.seams
+        );
         assert_eq!(deviation.folded, 0, "{text}");
     }
 }

@@ -7,11 +7,11 @@
 //! ```
 
 use super::differentiable::{Defect, explain, find_defect};
-use super::least::least_that_works;
-use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
 use super::finish::Finisher;
+use super::least::least_that_works;
 use super::patchwork::{MakeError, Patchwork, Workshop};
-use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, Repair};
+use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
+use crate::base::{self, BaseError, BaseMesh, BaseMethod, BaseOptions, BaseOutcome, Draft, Repair};
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
 use crate::inspect::{NORMAL_ERROR_LIMIT, PatchDeviation, coverage, extent};
@@ -224,11 +224,20 @@ fn attempt(
     }
     let negated = negated && !is_open;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
-    let made = work.surface(&mesh, &mut stages);
+    mesh.frozen_diagonal = Some(mesh.diagonal());
+    // Where the tolerance is easily kept, the rounds do without the last step of the fit.
+    let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none();
+    let mut made = work.surface(&mesh, quick, &mut stages);
+    if quick && work.is_hard(&made) {
+        quick = false;
+        made = work.surface(&mesh, quick, &mut stages);
+    }
     let mut wish = work.wish(&made, &mesh, 0);
     let mut kept = made;
     for round in 1..=recipe.rounds {
-        let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
+        // A decimated mesh is changed in places only, unless patches fail.
+        let stays = |wish: &Wish| recipe.base.method == BaseMethod::Decimate && wish.reason.is_none();
+        let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces && !stays(wish);
         let Some(Wish { lengths, faces, reason }) = wish.filter(allowed) else { break };
         let refined =
             stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, &recipe.base));
@@ -240,7 +249,7 @@ fn attempt(
             }
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
-        let made = work.surface(&mesh, &mut stages);
+        let made = work.surface(&mesh, quick, &mut stages);
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
@@ -253,7 +262,7 @@ fn attempt(
     let mut reached = true;
     if let Size::Tolerance(tolerance) = recipe.size {
         if recipe.given.is_none() {
-            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance))?;
+            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance, quick))?;
         } else {
             let near = kept.failing(tolerance) == 0;
             reached = near && stages.run("check", || work.far_patch(&kept.work, tolerance).is_none());
@@ -263,16 +272,7 @@ fn attempt(
     let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
-    Ok(Fitted {
-        surface: kept.work.surface,
-        formula,
-        negated,
-        bounds,
-        reached,
-        figures,
-        repairs,
-        seconds,
-    })
+    Ok(Fitted { surface: kept.work.surface, formula, negated, bounds, reached, figures, repairs, seconds })
 }
 
 impl From<MakeError> for RecipeError {
@@ -358,17 +358,30 @@ impl Work<'_> {
     }
 
     /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
-    fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
+    fn surface(&self, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
         let stamps = (0..mesh.mesh.face_count() as u64).collect();
-        let work = stages.run("patches", || self.workshop(mesh.diagonal()).build(mesh.clone(), stamps))?;
+        let work =
+            stages.run("patches", || self.workshop(mesh.diagonal(), quick).build(mesh.clone(), stamps))?;
         Ok(Round { work })
     }
 
-    fn workshop(&self, diagonal: f64) -> Workshop<'_> {
+    /// Does the first surface fail, or miss the tolerance in more than a few patches?
+    fn is_hard(&self, made: &Result<Round, RecipeError>) -> bool {
+        match (made, self.recipe.size) {
+            (Ok(made), Size::Tolerance(tolerance)) => {
+                made.failing(tolerance) as f64 > FEW * made.work.patches.len() as f64
+            }
+            _ => true,
+        }
+    }
+
+    /// Without relaxation if it is to be quick.
+    fn workshop(&self, diagonal: f64, quick: bool) -> Workshop<'_> {
+        let relaxation_steps = if quick { 0 } else { self.recipe.spline.relaxation_steps };
         Workshop {
             field: &self.formula,
             curves: &self.recipe.curves,
-            spline: &self.recipe.spline,
+            spline: SplineOptions { relaxation_steps, ..self.recipe.spline },
             diagonal,
             fine_above: match self.recipe.size {
                 Size::Tolerance(tolerance) => NEAR * tolerance,
@@ -378,17 +391,24 @@ impl Work<'_> {
     }
 
     /// Local changes until the tolerance is kept, both ways, with as few faces as that takes; is it kept?
-    fn finish(&self, made: Round, tolerance: f64) -> Result<(Round, bool), RecipeError> {
-        let workshop = self.workshop(made.work.surface.base.diagonal());
+    fn finish(&self, made: Round, tolerance: f64, quick: bool) -> Result<(Round, bool), RecipeError> {
+        let base = &made.work.surface.base;
+        let diagonal = base.diagonal();
+        let [workshop, last] = [quick, false].map(|quick| self.workshop(diagonal, quick));
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
             tolerance: MARGIN * tolerance,
-            draft: Draft::new(&self.formula, &made.work.surface.base, &self.recipe.base),
+            draft: Draft::new(&self.formula, base, &self.recipe.base),
             built: made.work.patches.len(),
             work: made.work,
         };
         let (mut kept, mut reached) = (finisher.run()?, false);
+        if quick {
+            finisher.workshop = &last;
+            finisher.build_again()?;
+            kept = finisher.split_failing()?;
+        }
         for _ in 0..=BACK_ROUNDS {
             if !kept || reached {
                 break;
@@ -411,12 +431,7 @@ impl Work<'_> {
     }
 
     /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
-    fn wish(
-        &self,
-        made: &Result<Round, RecipeError>,
-        mesh: &BaseMesh,
-        round: usize
-    ) -> Option<Wish> {
+    fn wish(&self, made: &Result<Round, RecipeError>, mesh: &BaseMesh, round: usize) -> Option<Wish> {
         match made {
             Ok(made) => self.wish_after(made, round),
             Err(error) => self.wish_after_failure(error, mesh),
@@ -462,9 +477,7 @@ impl Work<'_> {
     /// with fewer bad patches, or as many and a smaller error.
     fn better_of(&self, made: Round, best: Round) -> Round {
         let score = |r: &Round| match self.recipe.size {
-            Size::Tolerance(tolerance) => {
-                (expected_faces(&r.work.patches, MARGIN * tolerance), 0.0)
-            }
+            Size::Tolerance(tolerance) => (expected_faces(&r.work.patches, MARGIN * tolerance), 0.0),
             Size::Automatic | Size::Faces(_) => (r.bad_patches() as f64, r.max_distance()),
         };
         if score(&best) < score(&made) { best } else { made }
