@@ -60,7 +60,10 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
         bounds: options.bounds.or(input.bounds),
         size: size(input, options),
         given: options.base.as_deref().map(read_base).transpose()?,
-        base: BaseOptions { method: options.base_method.map_or_else(Default::default, Into::into), ..Default::default() },
+        base: BaseOptions {
+            method: options.base_method.map_or_else(Default::default, Into::into),
+            ..Default::default()
+        },
         ..Default::default()
     };
     Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)

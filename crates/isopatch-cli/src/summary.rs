@@ -93,7 +93,9 @@ fn intersections(count: usize, first: Option<&IntersectionReport>) -> String {
     let Some(IntersectionReport { at: [x, y, z], patches: [a, b] }) = first else {
         return "no self-intersections (measured)".to_owned();
     };
-    format!("{count} pairs of triangles intersect, the first near ({x:.4}, {y:.4}, {z:.4}) in patches {a} and {b}")
+    format!(
+        "{count} pairs of triangles intersect, the first near ({x:.4}, {y:.4}, {z:.4}) in patches {a} and {b}"
+    )
 }
 
 fn times(report: &Report) -> String {
