@@ -3,6 +3,7 @@
 use crate::outputs::{OutputFile, VtkCells};
 use crate::values;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use isopatch::base::BaseMethod;
 use isopatch::geom::Aabb;
 use isopatch::io::Unit;
 use std::path::PathBuf;
@@ -88,6 +89,11 @@ pub struct FitOptions {
     #[arg(long, value_name = "MESH", conflicts_with = "faces")]
     pub base: Option<PathBuf>,
 
+    /// How the base mesh is made: remesh (edge lengths follow curvature and error) or qem (decimation and flips only)
+    /// [default: remesh]
+    #[arg(long, value_name = "METHOD", conflicts_with = "base")]
+    pub base_method: Option<MeshMethod>,
+
     /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
@@ -111,6 +117,24 @@ pub struct FitOptions {
     /// Number of threads [default: one a processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::threads)]
     pub threads: Option<usize>,
+}
+
+/// How a base mesh is made from a fine one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MeshMethod {
+    /// Edge lengths follow curvature and error
+    Remesh,
+    /// Decimation by quadric errors, and flips
+    Qem,
+}
+
+impl From<MeshMethod> for BaseMethod {
+    fn from(method: MeshMethod) -> Self {
+        match method {
+            MeshMethod::Remesh => Self::Remesh,
+            MeshMethod::Qem => Self::Decimate,
+        }
+    }
 }
 
 /// How a surface is made.

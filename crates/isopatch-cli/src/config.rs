@@ -118,6 +118,7 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         // Typed values come last, so they win for the names that both set.
         set: [filed.set, typed.set].concat(),
         base,
+        base_method: typed.base_method.or(filed.base_method),
         resolution: typed.resolution.or(filed.resolution),
         cells: typed.cells.or(filed.cells),
         unit: typed.unit.or(filed.unit),
@@ -130,6 +131,7 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arguments::MeshMethod;
 
     #[test]
     fn every_option_can_be_filed() {
@@ -139,6 +141,7 @@ mod tests {
             box = [-1, 1.5, -1, 1, -1, 1]
             level = -0.5
             faces = 600
+            base-method = "qem"
             resolution = 4
             cells = "lagrange"
             unit = "cm"
@@ -152,6 +155,7 @@ mod tests {
         assert_eq!(options.output.len(), 2);
         assert_eq!(options.bounds.map(|b| b.max.x), Some(1.5));
         assert_eq!((options.level, options.faces, options.threads), (Some(-0.5), Some(600), Some(2)));
+        assert_eq!(options.base_method, Some(MeshMethod::Qem));
         assert_eq!(options.set, ["a=0.25"]);
         assert!(options.quiet);
     }

@@ -9,12 +9,13 @@ use crate::making;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
+use isopatch::base::BaseOptions;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
 use isopatch::io::read::{PolygonMesh, read_mesh};
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
-use isopatch::report::{self, BaseReport, Report, SCHEMA, SplineReport, SurfaceReport};
+use isopatch::report::{self, BaseReport, Certified, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
 use std::path::Path;
 
@@ -26,7 +27,7 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let input = Input::new(&arguments.input, &options.set)?;
     outputs::check(&options.output, options.report.as_deref())?;
     if let Some(threads) = options.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
         pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
     }
     let progress = Progress::new(options.quiet);
@@ -59,6 +60,10 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
         bounds: options.bounds.or(input.bounds),
         size: size(input, options),
         given: options.base.as_deref().map(read_base).transpose()?,
+        base: BaseOptions {
+            method: options.base_method.map_or_else(Default::default, Into::into),
+            ..Default::default()
+        },
         ..Default::default()
     };
     Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)
@@ -109,7 +114,10 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
         diagonal: inspection.diagonal,
         bounds: report::corners(&fitted.surface.base.bounds()),
         base: BaseReport::new(inspection),
-        surface: SurfaceReport::new(inspection, "bezier-triangle-7", Continuity::G1),
+        surface: SurfaceReport {
+            certified: Certified { topology: fitted.certified_topology, distance: None },
+            ..SurfaceReport::new(inspection, "bezier-triangle-7", Continuity::G1)
+        },
         spline: Some(SplineReport {
             folded: deviation.map_or(0, |d| d.folded),
             faces_over_20deg: deviation.map_or(0, |d| d.over_limit),

@@ -136,7 +136,7 @@ impl From<&Intersection> for IntersectionReport {
 pub struct Certified {
     /// A bound of the distance between surface and zero set.
     pub distance: Option<f64>,
-    /// Has the surface the topology of the zero set?
+    /// Has the surface the topology of the zero set in the box?
     pub topology: bool,
 }
 

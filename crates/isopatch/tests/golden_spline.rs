@@ -61,7 +61,15 @@ fn base_mesh(golden: &Value) -> BaseMesh {
     let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces).unwrap();
     let features = vec![EdgeFeature::Smooth; mesh.edge_count()];
     let curvatures = golden["curvature_tensor_M"].as_array().unwrap().iter().map(matrix).collect();
-    BaseMesh { mesh, positions, normals: points(&golden["normals"]), curvatures, features, clip: None }
+    BaseMesh {
+        mesh,
+        positions,
+        normals: points(&golden["normals"]),
+        curvatures,
+        features,
+        clip: None,
+        frozen_diagonal: None,
+    }
 }
 
 /// The golden nets were made with tangents along the chords, and moved only the free points by the normal distance.

@@ -29,6 +29,8 @@ pub struct BaseMesh {
     pub features: Vec<EdgeFeature>,
     /// How a box cuts it; none if it is closed, or its boundary is not that of a box.
     pub clip: Option<Clip>,
+    /// Unit of relative lengths, if it was frozen before the mesh was refined.
+    pub frozen_diagonal: Option<f64>,
 }
 
 impl BaseMesh {
@@ -48,7 +50,7 @@ impl BaseMesh {
                 None => EdgeFeature::Boundary,
             })
             .collect();
-        Self { mesh, positions, normals, curvatures, features, clip: None }
+        Self { mesh, positions, normals, curvatures, features, clip: None, frozen_diagonal: None }
     }
 
     /// The sides of the box in which a boundary edge lies: those of both its ends. None of an edge inside.
@@ -83,8 +85,8 @@ impl BaseMesh {
         Aabb::around(&self.positions)
     }
 
-    /// Diagonal of the bounding box of the vertices: the unit of relative lengths.
+    /// The unit of relative lengths: the frozen diagonal, or else that of the bounding box of the vertices.
     pub fn diagonal(&self) -> f64 {
-        self.bounds().diagonal()
+        self.frozen_diagonal.unwrap_or_else(|| self.bounds().diagonal())
     }
 }

@@ -14,12 +14,25 @@ use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::HalfEdgeMesh;
 
+/// How a seed mesh becomes a base mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BaseMethod {
+    /// Decimated, then remeshed with edge lengths that follow curvature and estimated errors.
+    #[default]
+    Remesh,
+    /// Decimated by quadric errors (Garland & Heckbert 1997), then only flipped: the vertices stay where decimation left
+    /// them, but for their projection.
+    Decimate,
+}
+
 /// Settings of [`build`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseOptions {
     /// Exact number of faces; for a closed surface an odd one is raised by one, as a closed triangle mesh has an even
     /// number. None: as many as the curvature asks for.
     pub faces: Option<usize>,
+    /// Default: remeshing.
+    pub method: BaseMethod,
     /// The seed grid.
     pub seed: SeedOptions,
     /// Remeshing, with edge lengths and projection.
@@ -43,6 +56,16 @@ pub struct Repair {
     pub why: String,
 }
 
+impl BaseOptions {
+    /// How the decimated seed is remeshed.
+    fn first_remesh(&self) -> RemeshOptions {
+        match self.method {
+            BaseMethod::Remesh => self.remesh,
+            BaseMethod::Decimate => RemeshOptions { rounds: 0, polish: 1, smoothing: 0, ..self.remesh },
+        }
+    }
+}
+
 /// A base mesh and what is to be said about it.
 #[derive(Clone, Debug)]
 pub struct BaseOutcome {
@@ -52,6 +75,8 @@ pub struct BaseOutcome {
     pub repairs: Vec<Repair>,
     /// Corners beyond the limits; a spline surface exists all the same, but may be poor there.
     pub violations: Vec<Violation>,
+    /// Is it certified that the mesh has the topology of the zero set in the box? See [`super::polygonize`].
+    pub certified: bool,
 }
 
 /// A base mesh of the surface f = 0 inside a box: [`seed_mesh`], then [`base_from_seed`].
@@ -97,7 +122,8 @@ pub fn base_from_seed(
         Err(error) => return Err(error),
     };
     let violations = validity(&base, &options.limits);
-    Ok(BaseOutcome { base, repairs, violations })
+    // Every later stage keeps the topology of the seed.
+    Ok(BaseOutcome { base, repairs, violations, certified: seed.certified })
 }
 
 /// The stages after the seed mesh, for one number of faces.
@@ -108,7 +134,7 @@ fn shaped(
     options: &BaseOptions,
 ) -> Result<BaseMesh, BaseError> {
     let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
-    let fine = remesh(field, &coarse, faces, seed.diagonal, &options.remesh)?;
+    let fine = remesh(field, &coarse, faces, seed.diagonal, &options.first_remesh())?;
     let base = finish(field, fine, &options.remesh.projection)?;
     require_convex_corners(&validity(&base, &options.limits))?;
     Ok(base)
@@ -190,7 +216,7 @@ pub(super) fn base_of(
         None => EdgeFeature::Boundary,
     };
     let features = mesh.edges().map(feature).collect();
-    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip })
+    Ok(BaseMesh { mesh, positions, normals, curvatures, features, clip, frozen_diagonal: None })
 }
 
 /// No spline surface exists over a mesh with a corner that is not between 0 and 180 degrees.

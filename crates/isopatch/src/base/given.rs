@@ -47,7 +47,7 @@ pub fn from_mesh<F: AsRef<[u32]>>(
     let base = finish(field, mesh, &options.remesh.projection)?;
     let violations = validity(&base, &options.limits);
     require_convex_corners(&violations)?;
-    Ok(BaseOutcome { base, repairs, violations })
+    Ok(BaseOutcome { base, repairs, violations, certified: false })
 }
 
 /// Do the faces, taken together, look against the gradient?

@@ -80,7 +80,7 @@ impl From<&ValidityLimits> for Cosines {
 }
 
 impl<'a> Draft<'a> {
-    /// The faces of a base mesh, each in the slot of its number.
+    /// The faces of a base mesh, each in the slot of its number. Its diagonal is frozen.
     pub fn new(field: &'a dyn Field, base: &BaseMesh, options: &'a BaseOptions) -> Self {
         let faces: Vec<[u32; 3]> = base.mesh.faces().map(|f| base.mesh.triangle(f).map(|v| v.0)).collect();
         let sides = |v: usize| base.clip.as_ref().map_or(BoxSides::NONE, |c| c.sides[v]);
@@ -127,13 +127,14 @@ impl<'a> Draft<'a> {
         let (faces, kept) = renumbered(self.vertices.len(), &live);
         let of = |v: &u32| &self.vertices[*v as usize];
         let sides = || kept.iter().map(|v| of(v).sides).collect();
-        base_of(
+        let base = base_of(
             &faces,
             kept.iter().map(|v| of(v).x).collect(),
             kept.iter().map(|v| of(v).normal).collect(),
             kept.iter().map(|v| of(v).tensor).collect(),
             self.bounds.map(|bounds| Clip { bounds, sides: sides() }),
-        )
+        )?;
+        Ok(BaseMesh { frozen_diagonal: Some(self.diagonal), ..base })
     }
 
     /// Begins changes that do not touch each other; none for a mesh that is no manifold.
@@ -259,4 +260,63 @@ fn fans(base: &BaseMesh, v: VertexId, wanted: &[bool]) -> usize {
         i => ring[i - 1],
     };
     (0..ring.len()).filter(|i| ring[*i] && !before(*i)).count()
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+mod tests {
+    use super::*;
+    use crate::base::test_fields::{DODECA, cube, field};
+    use crate::base::{build, validity};
+
+    fn dodeca() -> (crate::field::Formula, BaseMesh, BaseOptions) {
+        let field = field(DODECA);
+        let options = BaseOptions { faces: Some(400), ..BaseOptions::default() };
+        let base = build(&field, &cube(1.2), &options).unwrap().base;
+        (field, base, options)
+    }
+
+    #[test]
+    fn collapses_leave_a_valid_mesh_of_the_same_topology_and_can_be_taken_back() {
+        let (field, base, options) = dodeca();
+        let mut draft = Draft::new(&field, &base, &options);
+        let mut batch = draft.batch().unwrap();
+        let changes: Vec<Change> = batch.edges().into_iter().filter_map(|h| batch.collapse(h)).collect();
+        assert!(changes.len() > 5);
+        let coarser = draft.base().unwrap();
+        assert_eq!(coarser.mesh.face_count(), 400 - 2 * changes.len());
+        assert_eq!(coarser.mesh.euler_number(), base.mesh.euler_number());
+        assert_eq!(validity(&coarser, &options.limits), []);
+        assert_eq!(coarser.diagonal(), base.diagonal());
+
+        changes.iter().for_each(|change| draft.undo(change));
+        let again = draft.base().unwrap();
+        assert_eq!((again.mesh, again.positions), (base.mesh, base.positions));
+    }
+
+    #[test]
+    fn splits_add_vertices_on_the_surface() {
+        let (field, base, options) = dodeca();
+        let mut draft = Draft::new(&field, &base, &options);
+        let mut batch = draft.batch().unwrap();
+        let splits = (0..400).filter(|f| batch.split(batch.most_turned_side(*f))).count();
+        assert!(splits > 20);
+        let finer = draft.base().unwrap();
+        assert_eq!(finer.mesh.face_count(), 400 + 2 * splits);
+        assert_eq!(finer.mesh.euler_number(), 2);
+        assert_eq!(validity(&finer, &options.limits), []);
+        assert!(finer.positions.iter().all(|p| field.value(*p).abs() < 1e-11));
+    }
+
+    #[test]
+    fn a_part_keeps_the_order_of_the_whole() {
+        let (_, base, _) = dodeca();
+        let wanted: Vec<bool> = (0..400).map(|f| f % 7 == 0).collect();
+        let part = part(&base, &wanted).unwrap();
+        assert!(part.faces.is_sorted() && part.vertices.is_sorted());
+        assert!((0..400).filter(|f| wanted[*f]).all(|f| part.faces.contains(&f)));
+        for (i, v) in part.vertices.iter().enumerate() {
+            assert_eq!(part.base.positions[i], base.positions[*v as usize]);
+        }
+    }
 }

@@ -58,7 +58,7 @@ mod tests;
 pub use base_mesh::{BaseMesh, EdgeFeature};
 pub use batch::Batch;
 pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
-pub use build::{BaseOptions, BaseOutcome, Repair, base_from_seed, build, finish};
+pub use build::{BaseMethod, BaseOptions, BaseOutcome, Repair, base_from_seed, build, finish};
 pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
 pub use error::BaseError;

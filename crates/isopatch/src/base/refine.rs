@@ -25,8 +25,8 @@ pub fn edge_lengths(base: &BaseMesh) -> Vec<f64> {
         .collect()
 }
 
-/// Remeshes a base mesh to `faces` faces (an even number if it is closed) whose edge lengths are in proportion to `lengths`, one a vertex,
-/// where the limits of [`super::SizingOptions`] allow.
+/// Remeshes a base mesh to `faces` faces (an even number if it is closed) whose edge lengths are in proportion to
+/// `lengths`, one a vertex, where the limits of [`super::SizingOptions`] allow. The unit of relative lengths stays.
 pub fn refine(
     field: &dyn Field,
     base: &BaseMesh,
@@ -38,8 +38,9 @@ pub fn refine(
     let mesh = TriangleMesh { positions: base.positions.clone(), faces: triangles, clip: base.clip.clone() };
     let rounds = RemeshOptions { rounds: ROUNDS, ..options.remesh };
     let fine = remesh_to(field, &mesh, Some(lengths), faces, base.diagonal(), &rounds)?;
-    let base = finish(field, fine, &options.remesh.projection)?;
+    let finer = finish(field, fine, &options.remesh.projection)?;
+    let base = BaseMesh { frozen_diagonal: Some(base.diagonal()), ..finer };
     let violations = validity(&base, &options.limits);
     require_convex_corners(&violations)?;
-    Ok(BaseOutcome { base, repairs: Vec::new(), violations })
+    Ok(BaseOutcome { base, repairs: Vec::new(), violations, certified: false })
 }

@@ -30,6 +30,7 @@ fn triangle(corners: [Point3; 3], curvatures: [f64; 3]) -> BaseMesh {
         curvatures: curvatures.map(|k| k * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0))).to_vec(),
         features: vec![EdgeFeature::Boundary; 3],
         clip: None,
+        frozen_diagonal: None,
     }
 }
 
@@ -72,6 +73,7 @@ fn in_side(curvature: f64, sides: [BoxSides; 3]) -> BaseMesh {
         curvatures: upward.iter().map(tensor).collect(),
         normals: upward.iter().map(|g| g.normalize()).collect(),
         clip: Some(Clip { bounds: Aabb::new(Vec3::repeat(-1.0), Vec3::repeat(1.0)), sides: sides.to_vec() }),
+        frozen_diagonal: None,
         mesh: HalfEdgeMesh::from_faces(3, &[[0, 1, 2]]).unwrap(),
         features: vec![EdgeFeature::Boundary; 3],
         positions,

@@ -15,6 +15,8 @@ use std::collections::{HashMap, HashSet};
 const SPLIT_ROUNDS: usize = 24;
 /// Normals are farther off than this (10°, in radians) where a patch is poor, however near it is.
 const POOR_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// Times that edges are split because a curve or a system has no solution.
+const REPAIRS: usize = 20;
 /// Collapses without patches between them: a collapse is made where the expected error stays below the tolerance by the
 /// factor of its stage. Patches are built after each stage, and expectations start from measured errors again.
 const STAGES: [f64; 2] = [2.0, 1.5];
@@ -30,8 +32,8 @@ const THIN_ROUNDS: usize = 60;
 /// scatter.
 const TRIED: f64 = 1.3;
 /// Patches that may be built for measured collapses: this many, or this share of those built before.
-const LEAST_THINNING: usize = 6_000;
-const THINNING_SHARE: f64 = 0.5;
+const LEAST_THINNING: usize = 4_000;
+const THINNING_SHARE: f64 = 0.25;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -99,9 +101,17 @@ impl Finisher<'_> {
             splits += usize::from(batch.split(h));
         }
         if splits > 0 {
-            self.work = self.rebuilt()?;
+            self.build_repaired()?;
         }
         Ok(splits > 0)
+    }
+
+    /// Builds everything, in another workshop than before.
+    pub fn build_again(&mut self) -> Result<(), MakeError> {
+        let base = self.draft.base().map_err(MakeError::Base)?;
+        self.work = self.workshop.build(base, self.draft.live_stamps())?;
+        self.built += self.work.patches.len();
+        Ok(())
     }
 
     fn rebuilt(&mut self) -> Result<Patchwork, MakeError> {
@@ -109,6 +119,36 @@ impl Finisher<'_> {
         let (work, built) = self.workshop.rebuild(base, self.draft.live_stamps(), &self.work)?;
         self.built += built;
         Ok(work)
+    }
+
+    /// Builds what changed; where a curve or a G1 system has no solution, edges are split first.
+    fn build_repaired(&mut self) -> Result<(), MakeError> {
+        for _ in 0..REPAIRS {
+            match self.rebuilt() {
+                Ok(work) => {
+                    self.work = work;
+                    return Ok(());
+                }
+                Err(error) if !self.split_at(&error.vertices()) => return Err(error),
+                Err(_) => {}
+            }
+        }
+        self.work = self.rebuilt()?;
+        Ok(())
+    }
+
+    /// Splits an edge of faces at some vertices of the draft; was there any that could be split?
+    fn split_at(&mut self, vertices: &[u32]) -> bool {
+        let Ok(base) = self.draft.base() else { return false };
+        let Some(mut batch) = self.draft.batch() else { return false };
+        let mut splits = 0;
+        for v in vertices {
+            for h in base.mesh.ring(VertexId(*v)) {
+                let side = batch.most_turned_side(base.mesh.face(h).index());
+                splits += usize::from(batch.split(side));
+            }
+        }
+        splits > 0
     }
 
     /// Collapses edges where the errors are small, by what they are expected to become.
@@ -119,7 +159,7 @@ impl Finisher<'_> {
             if self.draft.face_count() == before {
                 break;
             }
-            self.work = self.rebuilt()?;
+            self.build_repaired()?;
             if self.failing(&self.work).len() as f64 > FAILING_SHARE * self.work.patches.len() as f64 {
                 break;
             }

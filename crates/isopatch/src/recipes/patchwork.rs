@@ -32,7 +32,7 @@ const FINE_LATTICE: usize = 21;
 pub(super) struct Workshop<'a> {
     pub field: &'a dyn Field,
     pub curves: &'a CurveOptions,
-    pub spline: &'a SplineOptions,
+    pub spline: SplineOptions,
     /// Unit of lengths.
     pub diagonal: f64,
     /// Errors over this, relative to the diagonal, are measured again on a finer lattice.
@@ -126,7 +126,7 @@ impl Workshop<'_> {
         let target = FieldTarget::new(self.field, self.diagonal);
         let curves = fit_quartics(&base, &target, self.curves).map_err(MakeError::Curve)?;
         let surface =
-            spline::rebuild(base, &curves, &target, self.spline, kept).map_err(MakeError::Spline)?;
+            spline::rebuild(base, &curves, &target, &self.spline, kept).map_err(MakeError::Spline)?;
         let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
         let patches = self.measure(&surface, &ids);
         Ok((surface, curves, patches))
@@ -220,5 +220,48 @@ impl MakeError {
             Self::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
             Self::Base(_) => Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+mod tests {
+    use super::*;
+    use crate::base::{BaseOptions, Draft, build};
+    use crate::field::{Constants, Formula};
+    use crate::geom::{Aabb, Point3};
+
+    fn torus() -> (Formula, BaseMesh, BaseOptions) {
+        let formula = Formula::parse("(x^2+y^2+z^2+24)^2-100(x^2+y^2)", &Constants::new()).unwrap();
+        let bounds = Aabb::new(Point3::new(-6.4, -6.4, -1.4), Point3::new(6.4, 6.4, 1.4));
+        let options = BaseOptions { faces: Some(1_000), ..BaseOptions::default() };
+        let base = build(&formula, &bounds, &options).unwrap().base;
+        (formula, base, options)
+    }
+
+    #[test]
+    fn a_local_rebuild_equals_a_full_one_to_the_bit() {
+        let (formula, base, options) = torus();
+        let (curves, spline) = (CurveOptions::default(), SplineOptions::default());
+        let diagonal = base.diagonal();
+        let workshop =
+            Workshop { field: &formula, curves: &curves, spline, diagonal, fine_above: f64::INFINITY };
+        let mut draft = Draft::new(&formula, &base, &options);
+        let before = workshop.build(draft.base().unwrap(), draft.live_stamps()).unwrap();
+
+        let mut batch = draft.batch().unwrap();
+        let edges = batch.edges();
+        assert!(batch.split(edges[100]));
+        let collapsed: Vec<_> = edges[600..].iter().step_by(97).filter_map(|h| batch.collapse(*h)).collect();
+        assert!(!collapsed.is_empty());
+        draft.undo(&collapsed[0]);
+
+        let (base, stamps) = (draft.base().unwrap(), draft.live_stamps());
+        let (local, built) = workshop.rebuild(base.clone(), stamps.clone(), &before).unwrap();
+        let full = workshop.build(base, stamps).unwrap();
+        assert!(built < full.patches.len(), "{built} of {} patches", full.patches.len());
+        assert_eq!(local.surface.nets, full.surface.nets);
+        assert_eq!(local.curves, full.curves);
+        assert_eq!(local.patches, full.patches);
     }
 }

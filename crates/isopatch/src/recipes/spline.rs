@@ -11,7 +11,9 @@ use super::finish::Finisher;
 use super::least::least_that_works;
 use super::patchwork::{MakeError, Patchwork, Workshop};
 use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
-use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, Repair};
+use crate::base::{
+    self, BaseError, BaseMesh, BaseMethod, BaseOptions, BaseOutcome, Draft, Repair, SeedOptions,
+};
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
 use crate::inspect::{NORMAL_ERROR_LIMIT, PatchDeviation, coverage, extent};
@@ -88,6 +90,8 @@ pub struct Fitted {
     pub reached: bool,
     /// Figures of the curve fits and of the last check.
     pub figures: SplineReport,
+    /// Is it certified that the surface has the topology of the zero set in the box?
+    pub certified_topology: bool,
     /// Departures from what was asked.
     pub repairs: Vec<Repair>,
     /// Time of each stage.
@@ -223,12 +227,22 @@ fn attempt(
         first = stages.run("base mesh", || work.first_mesh(faces))?;
     }
     let negated = negated && !is_open;
+    let certified_topology = first.certified;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
-    let made = work.surface(&mesh, &mut stages);
+    mesh.frozen_diagonal = Some(mesh.diagonal());
+    // Where the tolerance is easily kept, the rounds do without the last step of the fit.
+    let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none();
+    let mut made = work.surface(&mesh, quick, &mut stages);
+    if quick && work.is_hard(&made) {
+        quick = false;
+        made = work.surface(&mesh, quick, &mut stages);
+    }
     let mut wish = work.wish(&made, &mesh, 0);
     let mut kept = made;
     for round in 1..=recipe.rounds {
-        let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces;
+        // A decimated mesh is changed in places only, unless patches fail.
+        let stays = |wish: &Wish| recipe.base.method == BaseMethod::Decimate && wish.reason.is_none();
+        let allowed = |wish: &Wish| recipe.given.is_none() && wish.faces <= recipe.most_faces && !stays(wish);
         let Some(Wish { lengths, faces, reason }) = wish.filter(allowed) else { break };
         let refined =
             stages.run("base mesh", || base::refine(&work.formula, &mesh, &lengths, faces, &recipe.base));
@@ -240,7 +254,7 @@ fn attempt(
             }
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
-        let made = work.surface(&mesh, &mut stages);
+        let made = work.surface(&mesh, quick, &mut stages);
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
@@ -253,7 +267,7 @@ fn attempt(
     let mut reached = true;
     if let Size::Tolerance(tolerance) = recipe.size {
         if recipe.given.is_none() {
-            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance))?;
+            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance, quick))?;
         } else {
             let near = kept.failing(tolerance) == 0;
             reached = near && stages.run("check", || work.far_patch(&kept.work, tolerance).is_none());
@@ -263,7 +277,8 @@ fn attempt(
     let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
     let Work { formula, bounds, .. } = work;
     let seconds = stages.seconds;
-    Ok(Fitted { surface: kept.work.surface, formula, negated, bounds, reached, figures, repairs, seconds })
+    let surface = kept.work.surface;
+    Ok(Fitted { surface, formula, negated, bounds, reached, figures, certified_topology, repairs, seconds })
 }
 
 impl From<MakeError> for RecipeError {
@@ -317,7 +332,10 @@ impl Work<'_> {
         let outcome = match &self.recipe.given {
             Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
             None => {
-                let seed = base::seed_mesh(&self.formula, &self.bounds, faces, &options.seed);
+                // In a box that was found, the surface is bounded.
+                let seed =
+                    SeedOptions { open: options.seed.open && self.recipe.bounds.is_some(), ..options.seed };
+                let seed = base::seed_mesh(&self.formula, &self.bounds, faces, &seed);
                 let seed = seed.map_err(|error| self.blame(error))?;
                 // A sharp edge would ask for endlessly many faces.
                 if let Some(defect) =
@@ -349,17 +367,30 @@ impl Work<'_> {
     }
 
     /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
-    fn surface(&self, mesh: &BaseMesh, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
+    fn surface(&self, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
         let stamps = (0..mesh.mesh.face_count() as u64).collect();
-        let work = stages.run("patches", || self.workshop(mesh.diagonal()).build(mesh.clone(), stamps))?;
+        let work =
+            stages.run("patches", || self.workshop(mesh.diagonal(), quick).build(mesh.clone(), stamps))?;
         Ok(Round { work })
     }
 
-    fn workshop(&self, diagonal: f64) -> Workshop<'_> {
+    /// Does the first surface fail, or miss the tolerance in more than a few patches?
+    fn is_hard(&self, made: &Result<Round, RecipeError>) -> bool {
+        match (made, self.recipe.size) {
+            (Ok(made), Size::Tolerance(tolerance)) => {
+                made.failing(tolerance) as f64 > FEW * made.work.patches.len() as f64
+            }
+            _ => true,
+        }
+    }
+
+    /// Without relaxation if it is to be quick.
+    fn workshop(&self, diagonal: f64, quick: bool) -> Workshop<'_> {
+        let relaxation_steps = if quick { 0 } else { self.recipe.spline.relaxation_steps };
         Workshop {
             field: &self.formula,
             curves: &self.recipe.curves,
-            spline: &self.recipe.spline,
+            spline: SplineOptions { relaxation_steps, ..self.recipe.spline },
             diagonal,
             fine_above: match self.recipe.size {
                 Size::Tolerance(tolerance) => NEAR * tolerance,
@@ -369,17 +400,24 @@ impl Work<'_> {
     }
 
     /// Local changes until the tolerance is kept, both ways, with as few faces as that takes; is it kept?
-    fn finish(&self, made: Round, tolerance: f64) -> Result<(Round, bool), RecipeError> {
-        let workshop = self.workshop(made.work.surface.base.diagonal());
+    fn finish(&self, made: Round, tolerance: f64, quick: bool) -> Result<(Round, bool), RecipeError> {
+        let base = &made.work.surface.base;
+        let diagonal = base.diagonal();
+        let [workshop, last] = [quick, false].map(|quick| self.workshop(diagonal, quick));
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
             tolerance: MARGIN * tolerance,
-            draft: Draft::new(&self.formula, &made.work.surface.base, &self.recipe.base),
+            draft: Draft::new(&self.formula, base, &self.recipe.base),
             built: made.work.patches.len(),
             work: made.work,
         };
         let (mut kept, mut reached) = (finisher.run()?, false);
+        if quick {
+            finisher.workshop = &last;
+            finisher.build_again()?;
+            kept = finisher.split_failing()?;
+        }
         for _ in 0..=BACK_ROUNDS {
             if !kept || reached {
                 break;

@@ -155,6 +155,6 @@ fn build(
             None => EdgeFeature::Boundary,
         });
     }
-    let base = BaseMesh { mesh, positions, normals, curvatures, features, clip: None };
+    let base = BaseMesh { mesh, positions, normals, curvatures, features, clip: None, frozen_diagonal: None };
     TriangularSpline::new(base, ordered, nets)
 }

@@ -27,6 +27,7 @@ impl Golden {
         let base = BaseMesh {
             features: vec![EdgeFeature::Smooth; mesh.edge_count()],
             clip: None,
+            frozen_diagonal: None,
             normals: points(&json["normals"]),
             curvatures: tensors.iter().map(|m| Mat3::from_fn(|r, c| m[r][c])).collect(),
             positions,

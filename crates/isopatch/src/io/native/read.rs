@@ -109,6 +109,7 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
         normals: vertex(3).collect(),
         curvatures: numbers.chunks_exact(VERTEX / 8).map(|n| Mat3::from_row_slice(&n[6..])).collect(),
         features,
+        frozen_diagonal: Some(provenance.diagonal).filter(|d| d.is_finite() && *d > 0.0),
     };
     Ok(NativeModel { spline: TriangularSpline::new(base, curves, nets), provenance })
 }
