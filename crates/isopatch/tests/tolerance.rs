@@ -32,6 +32,7 @@ fn check(name: &str, tolerance: f64, method: BaseMethod, most: usize) {
     let there = found.deviation.as_ref().unwrap();
     assert!(fitted.reached, "{name}");
     assert!(there.max_distance <= tolerance, "{name}: {:e}", there.max_distance);
+    assert!(found.seams.max_normal_jump < 1e-9, "{name}: {:e}", found.seams.max_normal_jump);
     assert!(found.coverage.unwrap().max_distance <= tolerance, "{name}");
     assert_eq!((there.folded, there.over_limit), (0, 0), "{name}");
     assert_eq!(validity(base, &ValidityLimits::default()), [], "{name}");

@@ -50,17 +50,15 @@ pub(super) struct Finisher<'a> {
 }
 
 impl Finisher<'_> {
-    /// All steps; do all patches keep the tolerance in the end?
-    pub fn run(&mut self) -> Result<bool, MakeError> {
-        let done = self.split_failing()?;
-        if done {
+    /// All steps; the last of them are left out if some patches can't be made to keep the tolerance.
+    pub fn run(&mut self) -> Result<(), MakeError> {
+        if self.split_failing()? {
             self.collapse_by_expectation()?;
             if self.split_failing()? {
                 self.thin(LEAST_THINNING.max((THINNING_SHARE * self.built as f64) as usize));
-                return Ok(true);
             }
         }
-        Ok(false)
+        Ok(())
     }
 
     fn fails(&self, patch: &PatchDeviation) -> bool {

@@ -242,7 +242,8 @@ mod tests {
     #[test]
     fn a_local_rebuild_equals_a_full_one_to_the_bit() {
         let (formula, base, options) = torus();
-        let (curves, spline) = (CurveOptions::default(), SplineOptions::default());
+        let curves = CurveOptions::default();
+        let spline = SplineOptions { relaxation_steps: 0, ..SplineOptions::default() };
         let diagonal = base.diagonal();
         let workshop =
             Workshop { field: &formula, curves: &curves, spline, diagonal, fine_above: f64::INFINITY };
@@ -260,8 +261,9 @@ mod tests {
         let (local, built) = workshop.rebuild(base.clone(), stamps.clone(), &before).unwrap();
         let full = workshop.build(base, stamps).unwrap();
         assert!(built < full.patches.len(), "{built} of {} patches", full.patches.len());
-        assert_eq!(local.surface.nets, full.surface.nets);
-        assert_eq!(local.curves, full.curves);
-        assert_eq!(local.patches, full.patches);
+        // Not assert_eq, which would print all of them.
+        assert!(local.surface.nets == full.surface.nets);
+        assert!(local.curves == full.curves);
+        assert!(local.patches == full.patches);
     }
 }

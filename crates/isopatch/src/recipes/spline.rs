@@ -141,6 +141,8 @@ const MARGIN: f64 = 0.95;
 const GLOBAL_ROUNDS: usize = 3;
 /// Share of failing patches that is left to local changes.
 const FEW: f64 = 0.03;
+/// Meshes with fewer faces take little time in any case.
+const QUICK_FROM: usize = 1_500;
 /// Errors above this share of the tolerance are measured on a fine lattice.
 const NEAR: f64 = 0.35;
 /// Times that the patch is split that is nearest to where the zero set is too far from the surface.
@@ -231,7 +233,8 @@ fn attempt(
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     mesh.frozen_diagonal = Some(mesh.diagonal());
     // Where the tolerance is easily kept, the rounds do without the last step of the fit.
-    let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none();
+    let large = mesh.mesh.face_count() >= QUICK_FROM;
+    let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none() && large;
     let mut made = work.surface(&mesh, quick, &mut stages);
     if quick && work.is_hard(&made) {
         quick = false;
@@ -403,7 +406,8 @@ impl Work<'_> {
     fn finish(&self, made: Round, tolerance: f64, quick: bool) -> Result<(Round, bool), RecipeError> {
         let base = &made.work.surface.base;
         let diagonal = base.diagonal();
-        let [workshop, last] = [quick, false].map(|quick| self.workshop(diagonal, quick));
+        let workshop = self.workshop(diagonal, quick);
+        let last = self.workshop(diagonal, false);
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
@@ -412,12 +416,12 @@ impl Work<'_> {
             built: made.work.patches.len(),
             work: made.work,
         };
-        let (mut kept, mut reached) = (finisher.run()?, false);
+        finisher.run()?;
+        finisher.workshop = &last;
         if quick {
-            finisher.workshop = &last;
             finisher.build_again()?;
-            kept = finisher.split_failing()?;
         }
+        let (mut kept, mut reached) = (finisher.split_failing()?, false);
         for _ in 0..=BACK_ROUNDS {
             if !kept || reached {
                 break;
