@@ -68,6 +68,14 @@ const PULL: f64 = 1e-3;
 /// when nothing else is left.
 const TURN_LIMITS: [f64; 2] = [0.2, 1e-3];
 
+/// Faces for each face wanted that are left to be collapsed in the order of their errors.
+const CHOICE: usize = 6;
+/// Of meshes with more faces, edges are merged first, in any order, that are shorter than this share of another edge of
+/// their faces: a mesh from tetrahedra has many of them, and their order costs more than the collapses.
+const SHORT: f64 = 0.6;
+/// Sweeps over all edges that do so.
+const SWEEPS: usize = 4;
+
 /// A possible collapse; costs are compared as bits, which orders nonnegative numbers.
 type Candidate = Reverse<(u64, u32, u32, u32)>;
 
@@ -104,6 +112,7 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
         sides: mesh.clip.as_ref().map_or_else(|| vec![BoxSides::NONE; positions.len()], |c| c.sides.clone()),
         positions,
     };
+    work.merge_short_edges(faces.saturating_mul(CHOICE));
     for limit in TURN_LIMITS {
         work.run(faces, limit);
     }
@@ -147,6 +156,31 @@ impl Decimation {
         }
     }
 
+    /// Merges short edges in the order of their numbers until at most `faces` faces are left, or there are no more.
+    fn merge_short_edges(&mut self, faces: usize) {
+        for _ in 0..SWEEPS {
+            let before = self.mesh.face_count();
+            for h in 0..self.mesh.half_edge_bound() {
+                if self.mesh.face_count() <= faces {
+                    return;
+                }
+                if self.mesh.is_half_edge(h) && self.is_short(h) {
+                    self.collapse(h, TURN_LIMITS[0]);
+                }
+            }
+            if self.mesh.face_count() == before {
+                return;
+            }
+        }
+    }
+
+    /// Is an edge much shorter than another of the face to its left?
+    fn is_short(&self, h: u32) -> bool {
+        let [a, b, c] = self.mesh.corners(h).map(|v| self.positions[v as usize]);
+        let longest = (c - a).norm_squared().max((c - b).norm_squared());
+        (b - a).norm_squared() < SHORT * SHORT * longest
+    }
+
     fn is_current(&self, a: u32, b: u32, version: u32) -> bool {
         self.mesh.is_vertex(a)
             && self.mesh.is_vertex(b)
@@ -182,14 +216,23 @@ impl Decimation {
     fn try_collapse(&mut self, a: u32, b: u32, turn_limit: f64) {
         let between = |a, b| self.mesh.ring(a).find(|h| self.mesh.dest(*h) == b);
         let Some(h) = between(a, b).or_else(|| between(b, a)) else { return };
+        let merged = self.mesh.origin(h);
+        if self.collapse(h, turn_limit) {
+            let ring: Vec<u32> = self.mesh.ring(merged).collect();
+            ring.into_iter().for_each(|h| self.push(h));
+        }
+    }
+
+    /// Merges the end of a half edge into its origin, if that is allowed.
+    fn collapse(&mut self, h: u32, turn_limit: f64) -> bool {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
-        let Some((q, x)) = self.joint(a, b, self.mesh.is_boundary(h)) else { return };
+        let Some((q, x)) = self.joint(a, b, self.mesh.is_boundary(h)) else { return false };
         let n = (self.normals[a as usize] + self.normals[b as usize]).normalize();
         if !self.mesh.can_collapse(h)
             || !self.looks_outward(h, &x, &n, turn_limit)
             || collapse_bridges(&self.mesh, |v| self.sides[v as usize], h)
         {
-            return;
+            return false;
         }
         self.mesh.collapse(h);
         self.sides[a as usize] = larger([a, b].map(|v| self.sides[v as usize]));
@@ -197,8 +240,7 @@ impl Decimation {
         self.normals[a as usize] = n;
         self.quadrics[a as usize] = q;
         self.version[a as usize] += 1;
-        let ring: Vec<u32> = self.mesh.ring(a).collect();
-        ring.into_iter().for_each(|h| self.push(h));
+        true
     }
 
     /// Do all faces that survive the collapse to `x` look to the side of their corners' normals?

@@ -152,6 +152,16 @@ pub fn fit_quartics(
     options: &CurveOptions,
 ) -> Result<Vec<QuarticCurve>, CurveError> {
     let edges: Vec<EdgeId> = base.mesh.edges().collect();
+    fit_edges(base, &edges, target, options)
+}
+
+/// The boundary curves of some edges, in their order: the same as those of [`fit_quartics`].
+pub fn fit_edges(
+    base: &BaseMesh,
+    edges: &[EdgeId],
+    target: &dyn Target,
+    options: &CurveOptions,
+) -> Result<Vec<QuarticCurve>, CurveError> {
     let batches: Result<Vec<_>, _> =
         edges.par_chunks(BATCH).map(|batch| fit_batch(base, target, options, batch)).collect();
     Ok(batches?.concat())

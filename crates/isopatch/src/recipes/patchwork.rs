@@ -10,8 +10,8 @@ use crate::bernstein::index;
 use crate::field::Field;
 use crate::geom::Point3;
 use crate::inspect::{PatchDeviation, deviation_of};
-use crate::mesh::{FaceId, HalfEdgeId};
-use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_quartics};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
+use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_edges};
 use crate::spline::edge::EdgeSolution;
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
 use crate::surface::PatchId;
@@ -83,7 +83,7 @@ impl Workshop<'_> {
         }
         let part = part(&base, &support).map_err(MakeError::Base)?;
         let measured: Vec<usize> = (0..part.faces.len()).filter(|i| fresh[part.faces[*i]]).collect();
-        let kept = kept_rows(&part, &changed, &old, former);
+        let kept = kept_edges(&part, &changed, &old, former);
         let made =
             self.make(part.base, &measured, &kept).map_err(|error| error.renumbered(&part.vertices))?;
         let (part_surface, part_curves, part_patches) = made;
@@ -121,12 +121,18 @@ impl Workshop<'_> {
         &self,
         base: BaseMesh,
         measured: &[usize],
-        kept: &[Option<EdgeSolution>],
+        kept: &[Option<KeptEdge>],
     ) -> Result<(TriangularSpline, Vec<QuarticCurve>, Vec<PatchDeviation>), MakeError> {
         let target = FieldTarget::new(self.field, self.diagonal);
-        let curves = fit_quartics(&base, &target, self.curves).map_err(MakeError::Curve)?;
+        let kept_edge = |e: EdgeId| kept.get(e.index()).copied().flatten();
+        let fresh: Vec<EdgeId> = base.mesh.edges().filter(|e| kept_edge(*e).is_none()).collect();
+        let fits = fit_edges(&base, &fresh, &target, self.curves).map_err(MakeError::Curve)?;
+        let mut fits = fits.into_iter();
+        let curves: Vec<QuarticCurve> =
+            base.mesh.edges().filter_map(|e| kept_edge(e).map(|k| k.curve).or_else(|| fits.next())).collect();
+        let rows: Vec<Option<EdgeSolution>> = kept.iter().map(|k| k.map(|k| k.rows)).collect();
         let surface =
-            spline::rebuild(base, &curves, &target, &self.spline, kept).map_err(MakeError::Spline)?;
+            spline::rebuild(base, &curves, &target, &self.spline, &rows).map_err(MakeError::Spline)?;
         let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
         let patches = self.measure(&surface, &ids);
         Ok((surface, curves, patches))
@@ -148,13 +154,20 @@ impl Workshop<'_> {
     }
 }
 
-/// The former rows of those edges of a part that keep them: no face at their ends has changed.
-fn kept_rows(
+/// What an edge keeps: its curve, which depends on its ends alone, and the rows beside it.
+#[derive(Clone, Copy)]
+struct KeptEdge {
+    curve: QuarticCurve,
+    rows: EdgeSolution,
+}
+
+/// The former curves and rows of those edges of a part that keep them: no face at their ends has changed.
+fn kept_edges(
     part: &Part,
     changed: &[bool],
     old: &[Option<usize>],
     former: &Patchwork,
-) -> Vec<Option<EdgeSolution>> {
+) -> Vec<Option<KeptEdge>> {
     let mesh = &part.base.mesh;
     let mut touched = vec![false; mesh.vertex_count()];
     for f in mesh.faces().filter(|f| changed[part.faces[f.index()]]) {
@@ -164,15 +177,25 @@ fn kept_rows(
         let net = &former.surface.nets[old[part.faces[mesh.face(h).index()]]?];
         Some(points.map(|m| net[index::row(spline::DEGREE, mesh.side(h), 1, m)]))
     };
-    let rows = |e| {
+    let curve = |h: HalfEdgeId| -> Option<QuarticCurve> {
+        let face = old[part.faces[mesh.face(h).index()]]?;
+        let mut curve = former.curves[edge_at(&former.surface.base, face, mesh.side(h))];
+        // The former edge may have been numbered from its other side.
+        if curve.q[0] != part.base.positions[mesh.origin(h).index()] {
+            curve.q.reverse();
+        }
+        Some(curve)
+    };
+    let kept = |e| {
         let h = mesh.edge_half_edge(e);
         if [mesh.origin(h), mesh.dest(h)].iter().any(|v| touched[v.index()]) {
             return None;
         }
         // The twin runs against the edge.
-        Some(EdgeSolution { r: row(h, [2, 3, 4])?, p: row(mesh.twin(h)?, [4, 3, 2])? })
+        let rows = EdgeSolution { r: row(h, [2, 3, 4])?, p: row(mesh.twin(h)?, [4, 3, 2])? };
+        Some(KeptEdge { curve: curve(h)?, rows })
     };
-    mesh.edges().map(rows).collect()
+    mesh.edges().map(kept).collect()
 }
 
 /// The edge on a side of a face.
