@@ -77,6 +77,7 @@ pub mod bernstein;
 pub mod field;
 pub mod gallery;
 pub mod geom;
+pub mod hull;
 pub mod inspect;
 pub mod io;
 pub mod mesh;
