@@ -72,6 +72,7 @@
 //! Everything is `f64` in model units. Tolerances are options, with lengths relative to the diagonal of the bounding box
 //! of the base mesh's vertices. Nothing depends on the number of threads, and no input makes a function panic.
 
+pub mod apatch;
 pub mod base;
 pub mod bernstein;
 pub mod field;

@@ -190,10 +190,19 @@ impl Layer1 {
         root.iter().product::<f64>() + mixed + (2.0 * pair.iter().product::<f64>()).sqrt() > 0.0
     }
 
-    /// Value at barycentric coordinates.
+    /// Value at barycentric coordinates, as a homogeneous form of degree 2.
+    ///
+    /// Written so that on an edge, seen from either end and from either face, it is the same sum of the same products.
+    #[inline(always)]
     pub fn value(&self, x: [f64; 3]) -> f64 {
-        (0..3)
-            .map(|k| self.corner[k] * x[k] * x[k] + 2.0 * self.edge[k] * x[k] * x[(k + 1) % 3])
-            .sum()
+        let corner = |a: usize| self.corner[a] * (x[a] * x[a]);
+        let edge = |k: usize| self.edge[k] * (x[k] * x[(k + 1) % 3]);
+        (corner(0) + corner(1) + corner(2)) + 2.0 * (edge(0) + edge(1) + edge(2))
+    }
+
+    /// Derivative by the barycentric coordinate of corner a.
+    pub fn derivative(&self, x: [f64; 3], a: usize) -> f64 {
+        let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+        2.0 * (self.corner[a] * x[a] + self.edge[a] * x[b] + self.edge[c] * x[c])
     }
 }

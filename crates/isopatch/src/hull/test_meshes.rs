@@ -127,7 +127,7 @@ pub fn quadrics() -> Vec<(&'static str, Quadric, HermiteMesh)> {
     );
     add(
         "hyperboloid of two sheets",
-        quadric([-1.0, -1.0, 1.0], [0.0; 3], 0.5),
+        quadric([-1.0, -1.0, 1.0], [0.0; 3], -0.5),
         grid([5, 9], [false, false], |i, j| {
             let u = 0.3 + 0.3 * i as f64;
             around(j, u.sinh(), u.cosh())
