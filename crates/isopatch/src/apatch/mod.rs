@@ -25,8 +25,10 @@ mod build;
 mod edge;
 mod face;
 mod free;
+mod locate;
 mod quadric;
 mod shoot;
+mod surface;
 mod value;
 
 #[cfg(test)]
@@ -40,3 +42,4 @@ pub use face::{FaceFunction, FaceSide};
 pub use free::{Free, FreeRule};
 pub use quadric::Layer2Rule;
 pub use shoot::Shot;
+pub use surface::{APatchSurface, Over};

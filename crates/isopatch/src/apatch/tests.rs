@@ -3,6 +3,7 @@ use crate::geom::{Point3, Vec3};
 use crate::hull::test_meshes::{icosahedron, quadrics};
 use crate::hull::{self, ApexRule, HermiteMesh, HullOptions, Side};
 use crate::mesh::HalfEdgeMesh;
+use crate::surface::{Domain, SeamSide, Surface, Volume};
 
 fn noise(n: usize) -> f64 {
     let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
@@ -110,6 +111,115 @@ fn the_function_is_c1_across_the_faces_of_the_hull() {
             let jump = c1_jump(&f);
             eprintln!("{position} {gradient}: {jump:.1e} {classes:?} {:?}", f.hull().problems());
             assert!(jump < 1e-11, "{position} {gradient}: {jump:e}");
+        }
+    }
+}
+
+/// The side of a seam at the parameter s along it, in the parameters of its patch.
+fn on_seam(surface: &APatchSurface, side: &SeamSide, s: f64) -> [f64; 2] {
+    let (a, b) = if side.reversed { (1.0 - s, s) } else { (s, 1.0 - s) };
+    match (surface.domain(side.patch), side.edge) {
+        (Domain::Triangle, 0) => [b, a],
+        (Domain::Triangle, 1) => [0.0, b],
+        (Domain::Triangle, _) => [a, 0.0],
+        (Domain::Square, 0) => [a, 0.0],
+        (Domain::Square, 1) => [1.0, a],
+        (Domain::Square, 2) => [b, 1.0],
+        (Domain::Square, _) => [0.0, b],
+    }
+}
+
+#[test]
+fn patches_share_the_bits_of_their_seams_and_the_normals() {
+    for (position, gradient) in [(0.0, 0.3), (0.1, 0.3), (0.1, 0.6)] {
+        let surface = APatchSurface::new(function(perturbed(position, gradient), HullOptions::default().rule));
+        assert!(surface.function().hull().problems().is_empty());
+        let mut nonconvex = 0;
+        for seam in surface.seams() {
+            let second = seam.second.unwrap();
+            for i in 0..=16 {
+                let s = f64::from(i) / 16.0;
+                let [a, b] = [seam.first, second].map(|side| surface.sample(side.patch, on_seam(&surface, &side, s)));
+                assert_eq!(a.point, b.point, "{seam:?}");
+                assert!((a.normal - b.normal).norm() < 1e-13, "{:e} at {s} of {seam:?}", (a.normal - b.normal).norm());
+                assert!(a.normal.dot(&a.du).abs() < 1e-12 * a.du.norm());
+                assert!(a.normal.dot(&a.dv).abs() < 1e-12 * a.dv.norm());
+            }
+            nonconvex += usize::from(surface.domain(second.patch) == Domain::Square);
+        }
+        assert_eq!(nonconvex, surface.seams().len());
+    }
+}
+
+#[test]
+fn the_surface_goes_through_the_vertices_with_their_normals() {
+    let data = perturbed(0.1, 0.6);
+    let surface = APatchSurface::new(function(data.clone(), HullOptions::default().rule));
+    for patch in surface.patches() {
+        let uv = match surface.domain(patch) {
+            Domain::Triangle => [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
+            Domain::Square => [[0.0, 0.3], [1.0, 0.2], [1.0, 1.0]],
+        };
+        let corners = surface.corners(patch).map(|v| v as usize);
+        for (uv, v) in uv.into_iter().zip(corners) {
+            let sample = surface.sample(patch, uv);
+            assert_eq!(sample.point, data.positions()[v]);
+            let h = data.mesh().ring(crate::mesh::VertexId::from(v)).next().unwrap();
+            assert!((sample.normal - data.gradient(h).normalize()).norm() < 1e-13);
+        }
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences() {
+    let surface = APatchSurface::new(function(perturbed(0.1, 0.6), HullOptions::default().rule));
+    let h = 1e-6;
+    for patch in surface.patches() {
+        let [u, v] = [0.31, 0.23];
+        let sample = surface.sample(patch, [u, v]);
+        let at = |u, v| surface.sample(patch, [u, v]).point;
+        let du = (at(u + h, v) - at(u - h, v)) / (2.0 * h);
+        let dv = (at(u, v + h) - at(u, v - h)) / (2.0 * h);
+        assert!((sample.du - du).norm() < 1e-7 && (sample.dv - dv).norm() < 1e-7, "{patch:?}");
+        assert!(sample.du.cross(&sample.dv).dot(&sample.normal) > 0.0, "{patch:?}");
+        assert!(surface.bounds(patch).grown(1e-12).contains(&sample.point));
+    }
+}
+
+#[test]
+fn points_near_the_surface_are_inside_or_outside() {
+    for data in [perturbed(0.0, 0.0), perturbed(0.1, 0.3), perturbed(0.1, 0.6)] {
+        let surface = APatchSurface::new(function(data, HullOptions::default().rule));
+        let volume = surface.volume().unwrap();
+        for patch in surface.patches() {
+            for uv in [[0.2, 0.3], [0.45, 0.1], [0.7, 0.25]] {
+                let sample = surface.sample(patch, uv);
+                for (step, inside) in [(1e-6, false), (-1e-6, true), (-1e-2, true), (1e-2, false)] {
+                    let p = sample.point + step * sample.normal;
+                    assert_eq!(volume.is_inside(p), Some(inside), "{step} from {patch:?} at {uv:?}");
+                }
+                let (value, gradient) = volume.value(sample.point).unwrap();
+                assert!(value.abs() < 1e-13);
+                assert!((gradient.normalize() - sample.normal).norm() < 1e-9);
+            }
+        }
+        assert_eq!(volume.is_inside(Point3::zeros()), Some(true));
+        assert_eq!(volume.is_inside(Point3::new(0.1, 0.2, 9.0)), Some(false));
+        assert_eq!(volume.is_inside(Point3::new(0.1, 0.2, -9.0)), Some(false));
+        assert_eq!(volume.value(Point3::new(0.1, 0.2, -9.0)), None);
+    }
+}
+
+/// On the unit sphere inside and outside are known everywhere.
+#[test]
+fn the_inside_of_a_sphere_is_the_ball() {
+    let (_, _, data) = quadrics().swap_remove(0);
+    let surface = APatchSurface::new(function(data, HullOptions::default().rule));
+    let volume = surface.volume().unwrap();
+    for n in 0..3000 {
+        let p = 1.3 * noise3(n);
+        if (p.norm() - 1.0).abs() > 1e-9 {
+            assert_eq!(volume.is_inside(p), Some(p.norm() < 1.0), "{p:?}");
         }
     }
 }

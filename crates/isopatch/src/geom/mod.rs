@@ -4,11 +4,13 @@
 //! combinations of points all the time and a separate point type would hide the formulas.
 
 mod aabb;
+mod box_tree;
 mod interval;
 mod jet;
 mod points;
 
 pub use aabb::Aabb;
+pub use box_tree::BoxTree;
 pub use interval::Interval;
 pub use jet::Jet;
 pub use points::{Points, PointsMut, PointsView};

@@ -83,7 +83,10 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
     if surface.patch_count() == 0 {
         return Vec::new();
     }
-    let PatchForm::BezierTriangle { degree: table_degree, .. } = surface.form(PatchId(0));
+    let table_degree = match surface.form(PatchId(0)) {
+        PatchForm::BezierTriangle { degree, .. } => degree,
+        PatchForm::APatch => 1,
+    };
     let table = BasisTable::new(table_degree, n);
     let parameters = crate::bernstein::triangle::lattice(n);
     lattice.gather(|patch, at| match surface.form(patch) {
@@ -91,7 +94,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
             let t = table.evaluate(net, at);
             (t.point, t.du.cross(&t.dv).normalize())
         }
-        PatchForm::BezierTriangle { .. } => {
+        PatchForm::BezierTriangle { .. } | PatchForm::APatch => {
             let [u, v, _] = parameters[at];
             let sample = surface.sample(patch, [u, v]);
             (sample.point, sample.normal)
