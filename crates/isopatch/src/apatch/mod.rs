@@ -25,6 +25,7 @@ mod build;
 mod edge;
 mod face;
 mod free;
+pub mod grid;
 mod locate;
 mod quadric;
 mod shoot;

@@ -1,9 +1,9 @@
 use super::*;
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Point3, Points, Vec3};
 use crate::hull::test_meshes::{icosahedron, quadrics};
 use crate::hull::{self, ApexRule, HermiteMesh, HullOptions, Side};
 use crate::mesh::HalfEdgeMesh;
-use crate::surface::{Domain, SeamSide, Surface, Volume};
+use crate::surface::{Domain, SeamSide, Surface};
 
 fn noise(n: usize) -> f64 {
     let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
@@ -220,6 +220,42 @@ fn the_inside_of_a_sphere_is_the_ball() {
         let p = 1.3 * noise3(n);
         if (p.norm() - 1.0).abs() > 1e-9 {
             assert_eq!(volume.is_inside(p), Some(p.norm() < 1.0), "{p:?}");
+        }
+    }
+}
+
+#[test]
+fn grids_agree_with_single_points() {
+    let lattice = crate::bernstein::triangle::lattice(7);
+    let over_edge: Vec<[f64; 3]> =
+        (0..=7).flat_map(|i| (0..=5).map(move |j| (i, j))).map(|(i, j)| {
+            let x = f64::from(i) / 7.0;
+            [x, 1.0 - x, f64::from(j) / 5.0]
+        }).collect();
+    for data in [perturbed(0.1, 0.3), perturbed(0.1, 0.6), quadrics().swap_remove(2).2, quadrics().swap_remove(8).2] {
+        let surface = APatchSurface::new(function(data, HullOptions::default().rule));
+        let f = surface.function();
+        for patch in surface.patches() {
+            let rays = match surface.over(patch) {
+                Over::Face(_) => &lattice,
+                Over::Edge(_) => &over_edge,
+            };
+            let (mut points, mut normals) = (Points::zeros(rays.len()), Points::zeros(rays.len()));
+            let mut out = grid::GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) };
+            match surface.over(patch) {
+                Over::Face(face) => grid::FaceTable::new(rays).evaluate(f, face, &mut out),
+                Over::Edge(e) => grid::EdgeTable::new(rays).evaluate(f, e, &mut out),
+            }
+            for (i, ray) in rays.iter().enumerate() {
+                let shot = match surface.over(patch) {
+                    Over::Face(face) => f.shoot_face(face, *ray),
+                    Over::Edge(e) => f.shoot_edge(e, [ray[0], ray[1]], ray[2]),
+                }
+                .unwrap();
+                assert!((points.get(i) - shot.point).norm() < 1e-15, "{patch:?} {ray:?}");
+                let normal = shot.gradient.normalize();
+                assert!((normals.get(i) - normal).norm() < 1e-13, "{patch:?} {ray:?} {:?} {normal:?}", normals.get(i));
+            }
         }
     }
 }

@@ -260,6 +260,15 @@ impl<'a> Builder<'a> {
         self.faults[f.index()] > 0
     }
 
+    /// Edges that have a fault themselves.
+    pub fn bad_edges(&self) -> Vec<EdgeId> {
+        self.data.mesh().edges().filter(|e| self.is_bad_edge(*e)).collect()
+    }
+
+    pub fn is_bad_edge(&self, e: EdgeId) -> bool {
+        self.edge_fault[e.index()].is_some()
+    }
+
     pub fn edges_of(&self, f: FaceId) -> [EdgeId; 3] {
         [0, 1, 2].map(|k| self.data.mesh().edge(HalfEdgeId(3 * f.0 + k)))
     }
@@ -467,7 +476,7 @@ fn face_fault(frame: &FaceFrame, face: &HullFace) -> Option<Reason> {
     }
     let low = Side::BOTH.into_iter().any(|side| {
         let apex = face.apexes[side.index()];
-        apex.is_some_and(|apex| !frame.layer1(side, &apex).corner.iter().all(|f| *f > 0.0))
+        apex.is_some_and(|apex| !frame.layer1(side, &apex).is_copositive())
     });
     low.then_some(Reason::NoApex)
 }

@@ -119,8 +119,8 @@ impl FaceFrame {
             }
             bottom = bottom.max(margin - start / rise);
         }
-        for k in 0..3 {
-            bottom = bottom.max(self.height_over_edge(side, direction, k)? + margin);
+        for t in (0..3).filter_map(|k| self.height_over_edge(side, direction, k)) {
+            bottom = bottom.max(t + margin);
         }
         let at = |t: f64| Layer1 {
             corner: std::array::from_fn(|a| low.corner[a] + t * (high.corner[a] - low.corner[a])),
@@ -153,7 +153,8 @@ impl FaceFrame {
         Some(top)
     }
 
-    /// Height at which the apex is on the mean of the tangent planes at the ends of edge k.
+    /// Height at which the apex is on the mean of the tangent planes at the ends of edge k; none if it does not rise above
+    /// that. This only helps the cell of the edge, which is checked by itself.
     fn height_over_edge(&self, side: Side, direction: &Vec3, k: usize) -> Option<f64> {
         let (a, b) = (self.p[k], self.p[(k + 1) % 3]);
         let mean = self.n[k].normalize() + self.n[(k + 1) % 3].normalize();

@@ -5,7 +5,7 @@ use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
-use crate::mesh::{FaceId, HalfEdgeId, VertexId, normals};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId, normals};
 
 /// Directions closer to the plane of a face than this (as the sine of the angle) are not tried for its apexes.
 const TRIED_FACING: f64 = 0.15;
@@ -70,6 +70,9 @@ pub(super) fn repair(builder: &mut Builder<'_>, rule: &RobustApexes) {
                 }
             }
             better |= turn_normals(builder, &cluster, rule);
+        }
+        for e in builder.bad_edges() {
+            better |= lean(builder, e, rule);
         }
         if !better {
             return;
@@ -138,6 +141,35 @@ fn redirect(builder: &mut Builder<'_>, faces: &[FaceId], rule: &RobustApexes) ->
         better |= builder.attempt(&[], &directions, rule);
     }
     better
+}
+
+/// Slopes by which apexes are leaned away from an edge, or towards it.
+const LEANS: [f64; 6] = [0.25, 0.5, 1.0, -0.25, -0.5, -1.0];
+
+/// Leans the apexes on both sides of a bad edge, or on one of them, across the edge.
+fn lean(builder: &mut Builder<'_>, e: EdgeId, rule: &RobustApexes) -> bool {
+    let mut better = false;
+    for which in [[true, true], [true, false], [false, true]] {
+        for slope in LEANS {
+            let Some(joint) = builder.data.joint(e).filter(|_| builder.is_bad_edge(e)) else { return better };
+            let faces = joint.into_iter().zip(which).filter(|(_, wanted)| *wanted);
+            let directions: Vec<(FaceId, Vec3)> =
+                faces.map(|(h, _)| leaned(builder, h, slope)).collect();
+            better |= builder.attempt(&[], &directions, rule);
+        }
+    }
+    better
+}
+
+/// The direction of the face of h, with `slope` times the unit vector in the face away from h added.
+fn leaned(builder: &Builder<'_>, h: HalfEdgeId, slope: f64) -> (FaceId, Vec3) {
+    let mesh = builder.data.mesh();
+    let f = mesh.face(h);
+    let frame = builder.frame(f);
+    let k = mesh.side(h);
+    let edge = (frame.p[(k + 1) % 3] - frame.p[k]).normalize();
+    let away = frame.normal.cross(&edge);
+    (f, facing(builder.faces[f.index()].direction + slope * away, &frame, TRIED_FACING))
 }
 
 /// Tries the angle-weighted, the area-weighted and the most visible normal at each vertex of a cluster.

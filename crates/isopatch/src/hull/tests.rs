@@ -31,7 +31,8 @@ fn real_meshes() {
         robust.problems().iter().for_each(|p| *reasons.entry(p.reason().name()).or_insert(0) += 1);
         eprintln!(
             "{name}: faces {} paper {} robust {} {reasons:?} moved {} {t1:?} {t2:?}",
-            robust.faces().len(), first.bad_faces().len(), robust.bad_faces().len(), robust.moved_normals().len()
+            robust.faces().len(),
+            first.bad_faces().len(), robust.bad_faces().len(), robust.moved_normals().len()
         );
     }
 }
