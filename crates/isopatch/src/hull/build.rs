@@ -289,7 +289,12 @@ impl<'a> Builder<'a> {
     }
 
     fn check_edges(&mut self, edges: &[EdgeId]) {
-        let made: Vec<HullEdge> = edges.par_iter().map(|e| made_edge(&self.data, &self.faces, *e)).collect();
+        let make = |e: &EdgeId| made_edge(&self.data, &self.faces, *e);
+        let made: Vec<HullEdge> = if edges.len() < FEW {
+            edges.iter().map(make).collect()
+        } else {
+            edges.par_iter().map(make).collect()
+        };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
             let fault = faults.min();
@@ -428,6 +433,9 @@ impl<'a> Builder<'a> {
         Hull { faces: self.faces, edges: self.edges, problems, moved_normals, data: self.data }
     }
 }
+
+/// Fewer edges are not worth sharing out between threads.
+const FEW: usize = 512;
 
 /// μ_4 and ν_1 have to be larger: at −1/2 the free parameter has no hold on the surface over the edge.
 const LEAST_REACH: f64 = -0.5;

@@ -107,13 +107,14 @@ fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
 }
 
 /// Number of directions that [`candidate`] offers.
-const CANDIDATES: usize = 6;
+const CANDIDATES: usize = 8;
 
 /// A direction for the apexes of a face: mixtures of its vertex normals, its own normal, and those of its neighbours.
 fn candidate(builder: &Builder<'_>, f: FaceId, which: usize) -> Vec3 {
     let mesh = builder.data.mesh();
     let frame = builder.frame(f);
     let mean = mean_normal(&frame).try_normalize(0.0).unwrap_or(frame.normal);
+    let unit = frame.n.map(|n| n.normalize());
     let around = || {
         let beside = mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g));
         let normal = |f| normals::of_face(mesh, builder.data.positions(), f);
@@ -125,6 +126,9 @@ fn candidate(builder: &Builder<'_>, f: FaceId, which: usize) -> Vec3 {
         2 => frame.normal,
         3 => around(),
         4 => 2.0 * mean - frame.normal,
+        // Above all three tangent planes as soon as can be.
+        5 => most_visible_direction(&unit).map_or(mean, |(d, _)| d),
+        6 => most_visible_direction(&unit).map_or(mean, |(d, _)| d + mean),
         _ => mean + around().try_normalize(0.0).unwrap_or(mean),
     };
     facing(direction, &frame, TRIED_FACING)
