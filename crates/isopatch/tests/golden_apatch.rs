@@ -71,7 +71,8 @@ fn check_hull(f: &APatchFunction, golden: &Value) {
         assert_eq!(hull_face.class, class(&golden["face_class"][i]));
         let classes: Vec<Class> =
             mesh.face_half_edges(face).map(|h| hull.edges()[mesh.edge(h).index()].class).collect();
-        for (corner, wanted) in golden["edge_class_opposite_corner"][i].as_array().unwrap().iter().enumerate() {
+        for (corner, wanted) in golden["edge_class_opposite_corner"][i].as_array().unwrap().iter().enumerate()
+        {
             assert_eq!(classes[(corner + 1) % 3], class(wanted));
         }
         let (frame, n) = (hull.face_frame(face), hull_face.direction);
@@ -111,11 +112,17 @@ fn check_face(f: &APatchFunction, face: FaceId, golden: &Value) {
         close(s * free, float(&wanted["free"]), "free");
         let layer2: Vec<f64> = cell.q.iter().map(|q| s * (free + 2.0 * q) / 3.0).collect();
         all_close(&layer2, &wanted["f_a_2apex"], "f_a_2apex");
-        close(s * f.sufficient_free()[face.index()][side.index()], float(&wanted["b_sufficient"]), "b_sufficient");
+        close(
+            s * f.sufficient_free()[face.index()][side.index()],
+            float(&wanted["b_sufficient"]),
+            "b_sufficient",
+        );
     }
-    for ((x, p), (t, base)) in points(&golden["grid_bary"]).iter().zip(golden["points"].as_array().unwrap()).zip(
-        golden["t"].as_array().unwrap().iter().zip(golden["F_base"].as_array().unwrap()),
-    ) {
+    for ((x, p), (t, base)) in points(&golden["grid_bary"])
+        .iter()
+        .zip(golden["points"].as_array().unwrap())
+        .zip(golden["t"].as_array().unwrap().iter().zip(golden["F_base"].as_array().unwrap()))
+    {
         let x: [f64; 3] = (*x).into();
         close(ours.base.value(x).0, float(base), "F_base");
         match (f.shoot_face(face, x), t.as_f64()) {
@@ -153,14 +160,19 @@ fn check_edge(f: &APatchFunction, golden: &Value) {
         } else {
             ["b1101", "b1011", "a1101", "a1011", "f1002", "f2001"]
         };
-        let ours = [function.b[0], function.b[1], function.a[0], function.a[1], function.far[0], function.far[1]];
+        let ours =
+            [function.b[0], function.b[1], function.a[0], function.a[1], function.far[0], function.far[1]];
         names.iter().zip(ours).for_each(|(name, ours)| close(s * ours, float(&wanted[*name]), name));
     }
     let (n, m) = (float(&golden["n"]), float(&golden["m"]));
     for (i, row) in golden["points"].as_array().unwrap().iter().enumerate() {
         for (j, p) in row.as_array().unwrap().iter().enumerate() {
             let (x, y) = (i as f64 / n, j as f64 / m);
-            let shot = if against { f.shoot_edge(e, [1.0 - x, x], 1.0 - y) } else { f.shoot_edge(e, [x, 1.0 - x], y) };
+            let shot = if against {
+                f.shoot_edge(e, [1.0 - x, x], 1.0 - y)
+            } else {
+                f.shoot_edge(e, [x, 1.0 - x], y)
+            };
             match (shot, golden["t"][i][j].as_f64()) {
                 (Some(shot), Some(t)) => {
                     close(shot.side.sign() * shot.t, t, "t of an edge");
@@ -187,11 +199,8 @@ fn check(golden: &Value) {
 
 /// Defaults of the paper's rule, whatever rule the file was made with.
 fn check_step_8(f: &APatchFunction, golden: &Value) {
-    let linear = APatchOptions {
-        layer2: Layer2Rule::LeastSquares,
-        rule: FreeRule::Linear,
-        free: Free::Default,
-    };
+    let linear =
+        APatchOptions { layer2: Layer2Rule::LeastSquares, rule: FreeRule::Linear, free: Free::Default };
     let f = apatch::build(f.hull().clone(), &linear);
     for (values, face) in f.default_free().iter().zip(golden["faces_out"].as_array().unwrap()) {
         for (side, name) in SIDES {

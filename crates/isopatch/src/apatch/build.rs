@@ -59,9 +59,8 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
 fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Option<CellQuadric>; 2]) {
     let (mesh, frame, face) = (hull.data().mesh(), hull.face_frame(f), &hull.faces()[f.index()]);
     let mut half_edges = mesh.face_half_edges(f);
-    let straight = [(); 3].map(|()| {
-        half_edges.next().is_some_and(|h| hull.edges()[mesh.edge(h).index()].class == Class::Zero)
-    });
+    let straight = [(); 3]
+        .map(|()| half_edges.next().is_some_and(|h| hull.edges()[mesh.edge(h).index()].class == Class::Zero));
     let base = Base::new(&frame, straight, face.class == Class::Nonconvex);
     let made = Side::BOTH.map(|side| {
         let layer1 = frame.layer1(side, &face.apexes[side.index()]?);

@@ -82,10 +82,7 @@ impl EdgeSide {
             let middle = (0..2).map(|v| -3.0 * (layer2(rim.q[v], 0.0) + 2.0 * mixed[v]) / pull);
             middle.fold(-3.0 * far / pull, f64::max)
         };
-        [
-            bound(self.reach[0], self.b, self.far[0], left),
-            bound(self.reach[1], self.a, self.far[1], right),
-        ]
+        [bound(self.reach[0], self.b, self.far[0], left), bound(self.reach[1], self.a, self.far[1], right)]
     }
 
     /// With the free parameters that the rims bring.
@@ -149,9 +146,7 @@ impl EdgeFunction {
             Base::on_edge(self.e, x, z),
             y * self.left.layer1(x, z) + r * self.right.layer1(x, z),
             quadratic + 2.0 * (y * r) * (y * b + r * a),
-            y * y * y * self.left.b
-                + r * r * r * self.right.b
-                + 3.0 * (y * r) * (y * f_1002 + r * f_2001),
+            y * y * y * self.left.b + r * r * r * self.right.b + 3.0 * (y * r) * (y * f_1002 + r * f_2001),
         ]
     }
 

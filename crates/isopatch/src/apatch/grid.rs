@@ -184,9 +184,8 @@ impl FaceTable {
 impl FaceChunk {
     fn new(points: &[[f64; 3]]) -> Self {
         let at = |i: usize| points[i.min(points.len() - 1)];
-        let terms = [false, true].map(|split| {
-            std::array::from_fn::<_, LANES, _>(|i| Base::terms(at(i), split))
-        });
+        let terms =
+            [false, true].map(|split| std::array::from_fn::<_, LANES, _>(|i| Base::terms(at(i), split)));
         Self {
             x: [0, 1, 2].map(|c| lane(|i| at(i)[c])),
             base: [0, 1].map(|s: usize| std::array::from_fn(|n| lane(|i| terms[s][i].0[n]))),
@@ -298,9 +297,8 @@ impl FacePatch {
                     side.sign * r[i] * r[i] * d0 + 3.0 * t[i] * (r[i] * d1 + t[i] * layer2_d)
                 })
             };
-            let towards_apex = lane(|i| {
-                3.0 * (r[i] * r[i] * b1[i] + t[i] * (2.0 * r[i] * b2[i] + t[i] * side.b))
-            });
+            let towards_apex =
+                lane(|i| 3.0 * (r[i] * r[i] * b1[i] + t[i] * (2.0 * r[i] * b2[i] + t[i] * side.b)));
             let d = [derivative(0, x, y, z), derivative(1, y, z, x), derivative(2, z, x, y), towards_apex];
             side.normals.of(&d)
         });
@@ -327,9 +325,7 @@ pub struct EdgeTable {
 impl EdgeTable {
     /// For points with the given weights (x, z, y): x + z = 1 along the edge, y at the apex of the left face.
     pub fn new(points: &[[f64; 3]]) -> Self {
-        let chunk = |points: &[[f64; 3]]| {
-            [0, 1, 2].map(|c| lane(|i| points[i.min(points.len() - 1)][c]))
-        };
+        let chunk = |points: &[[f64; 3]]| [0, 1, 2].map(|c| lane(|i| points[i.min(points.len() - 1)][c]));
         Self { points: points.to_vec(), chunks: points.chunks(LANES).map(chunk).collect() }
     }
 
@@ -415,9 +411,8 @@ impl EdgePatchSide {
         let f = &self.function;
         let layers: [[f64; 4]; LANES] = std::array::from_fn(|i| f.layers(x[i], z[i], y[i]));
         // On the side that the surface does not reach here, rays start at zero.
-        let b: [Lane; 4] = [0, 1, 2, 3].map(|n| {
-            lane(|i| if n == 0 { layers[i][0].min(0.0) } else { layers[i][n] })
-        });
+        let b: [Lane; 4] =
+            [0, 1, 2, 3].map(|n| lane(|i| if n == 0 { layers[i][0].min(0.0) } else { layers[i][n] }));
         if self.goes_behind(&layers) {
             return None;
         }

@@ -47,7 +47,9 @@ impl CellTree {
             |b| b.contains(p),
             |n| {
                 let cell = self.cells[n];
-                let Some(x) = cell.corners(function).and_then(|corners| barycentric(&corners, p)) else { return };
+                let Some(x) = cell.corners(function).and_then(|corners| barycentric(&corners, p)) else {
+                    return;
+                };
                 let depth = x.iter().copied().fold(f64::INFINITY, f64::min);
                 if depth >= INSIDE && best.is_none_or(|(deepest, ..)| depth > deepest) {
                     best = Some((depth, cell, x));
@@ -73,7 +75,11 @@ impl CellTree {
                     let m = (k + 1) % 3;
                     let (a, b) = (corners[k], corners[m]);
                     // From the smaller to the larger vertex number, whichever face asks.
-                    if vertices[k] < vertices[m] { a.x * b.y - a.y * b.x >= 0.0 } else { b.x * a.y - b.y * a.x < 0.0 }
+                    if vertices[k] < vertices[m] {
+                        a.x * b.y - a.y * b.x >= 0.0
+                    } else {
+                        b.x * a.y - b.y * a.x < 0.0
+                    }
                 });
                 if left[0] != left[1] || left[1] != left[2] {
                     return;

@@ -4,9 +4,7 @@ use super::shoot::Shot;
 use crate::geom::{Aabb, Point3, Vec3};
 use crate::hull::{Class, Side};
 use crate::mesh::{EdgeId, FaceId};
-use crate::surface::{
-    Continuity, Domain, PatchForm, PatchId, Sample, Seam, SeamSide, Surface, Volume,
-};
+use crate::surface::{Continuity, Domain, PatchForm, PatchId, Sample, Seam, SeamSide, Surface, Volume};
 use std::sync::OnceLock;
 
 /// The zero set of an [`APatchFunction`]: one triangular patch over each face, then one square patch over each edge that
@@ -123,10 +121,12 @@ impl Surface for APatchSurface {
     /// NaN where the ray has no root.
     fn sample(&self, patch: PatchId, uv: [f64; 2]) -> Sample {
         let nan = Vec3::repeat(f64::NAN);
-        self.shoot(patch, uv).map_or(
-            Sample { point: nan, normal: nan, du: nan, dv: nan },
-            |shot| Sample { point: shot.point, normal: shot.gradient.normalize(), du: shot.du, dv: shot.dv },
-        )
+        self.shoot(patch, uv).map_or(Sample { point: nan, normal: nan, du: nan, dv: nan }, |shot| Sample {
+            point: shot.point,
+            normal: shot.gradient.normalize(),
+            du: shot.du,
+            dv: shot.dv,
+        })
     }
 
     fn form(&self, _: PatchId) -> PatchForm<'_> {

@@ -78,7 +78,12 @@ fn c1_jump(f: &APatchFunction) -> f64 {
     let points = crate::bernstein::triangle::interior_lattice(9);
     for face in mesh.faces() {
         if let [Some(_), Some(_)] = f.hull().faces()[face.index()].apexes {
-            compare(points.iter().map(|[x, y, z]| Side::BOTH.map(|s| f.in_face_cell(face, s, [*x, *y, *z, 0.0]))).collect());
+            compare(
+                points
+                    .iter()
+                    .map(|[x, y, z]| Side::BOTH.map(|s| f.in_face_cell(face, s, [*x, *y, *z, 0.0])))
+                    .collect(),
+            );
         }
     }
     for e in mesh.edges() {
@@ -132,16 +137,22 @@ fn on_seam(surface: &APatchSurface, side: &SeamSide, s: f64) -> [f64; 2] {
 #[test]
 fn patches_share_the_bits_of_their_seams_and_the_normals() {
     for (position, gradient) in [(0.0, 0.3), (0.1, 0.3), (0.1, 0.6)] {
-        let surface = APatchSurface::new(function(perturbed(position, gradient), HullOptions::default().rule));
+        let surface =
+            APatchSurface::new(function(perturbed(position, gradient), HullOptions::default().rule));
         assert!(surface.function().hull().problems().is_empty());
         let mut nonconvex = 0;
         for seam in surface.seams() {
             let second = seam.second.unwrap();
             for i in 0..=16 {
                 let s = f64::from(i) / 16.0;
-                let [a, b] = [seam.first, second].map(|side| surface.sample(side.patch, on_seam(&surface, &side, s)));
+                let [a, b] =
+                    [seam.first, second].map(|side| surface.sample(side.patch, on_seam(&surface, &side, s)));
                 assert_eq!(a.point, b.point, "{seam:?}");
-                assert!((a.normal - b.normal).norm() < 1e-13, "{:e} at {s} of {seam:?}", (a.normal - b.normal).norm());
+                assert!(
+                    (a.normal - b.normal).norm() < 1e-13,
+                    "{:e} at {s} of {seam:?}",
+                    (a.normal - b.normal).norm()
+                );
                 assert!(a.normal.dot(&a.du).abs() < 1e-12 * a.du.norm());
                 assert!(a.normal.dot(&a.dv).abs() < 1e-12 * a.dv.norm());
             }
@@ -227,12 +238,16 @@ fn the_inside_of_a_sphere_is_the_ball() {
 #[test]
 fn grids_agree_with_single_points() {
     let lattice = crate::bernstein::triangle::lattice(7);
-    let over_edge: Vec<[f64; 3]> =
-        (0..=7).flat_map(|i| (0..=5).map(move |j| (i, j))).map(|(i, j)| {
+    let over_edge: Vec<[f64; 3]> = (0..=7)
+        .flat_map(|i| (0..=5).map(move |j| (i, j)))
+        .map(|(i, j)| {
             let x = f64::from(i) / 7.0;
             [x, 1.0 - x, f64::from(j) / 5.0]
-        }).collect();
-    for data in [perturbed(0.1, 0.3), perturbed(0.1, 0.6), quadrics().swap_remove(2).2, quadrics().swap_remove(8).2] {
+        })
+        .collect();
+    for data in
+        [perturbed(0.1, 0.3), perturbed(0.1, 0.6), quadrics().swap_remove(2).2, quadrics().swap_remove(8).2]
+    {
         let surface = APatchSurface::new(function(data, HullOptions::default().rule));
         let f = surface.function();
         for patch in surface.patches() {
@@ -254,7 +269,11 @@ fn grids_agree_with_single_points() {
                 .unwrap();
                 assert!((points.get(i) - shot.point).norm() < 1e-15, "{patch:?} {ray:?}");
                 let normal = shot.gradient.normalize();
-                assert!((normals.get(i) - normal).norm() < 1e-13, "{patch:?} {ray:?} {:?} {normal:?}", normals.get(i));
+                assert!(
+                    (normals.get(i) - normal).norm() < 1e-13,
+                    "{patch:?} {ray:?} {:?} {normal:?}",
+                    normals.get(i)
+                );
             }
         }
     }

@@ -416,9 +416,9 @@ impl<'a> Builder<'a> {
         });
         let mut problems: Vec<Problem> =
             hidden.map(|vertex| Problem::Vertex { vertex, reason: Reason::NoVisibleNormal }).collect();
-        let of_faces = mesh.faces().filter_map(|face| {
-            self.face_fault[face.index()].map(|reason| Problem::Face { face, reason })
-        });
+        let of_faces = mesh
+            .faces()
+            .filter_map(|face| self.face_fault[face.index()].map(|reason| Problem::Face { face, reason }));
         problems.extend(of_faces);
         for edge in mesh.edges() {
             if let (Some(reason), Some(joint)) = (self.edge_fault[edge.index()], self.data.joint(edge)) {
@@ -426,9 +426,8 @@ impl<'a> Builder<'a> {
                 problems.push(Problem::Edge { edge, faces, reason });
             }
         }
-        let moved = mesh.vertices().filter(|v| {
-            mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h))
-        });
+        let moved =
+            mesh.vertices().filter(|v| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h)));
         let moved_normals = moved.collect();
         Hull { faces: self.faces, edges: self.edges, problems, moved_normals, data: self.data }
     }
@@ -462,9 +461,7 @@ fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace
         ApexRule::Paper => frame.paper_height(side, &direction, margin),
         ApexRule::Robust(_) if !class.reaches(side) => 0.0,
         // Without a valid height, one that does not spoil the neighbours more than needed; the face is reported.
-        ApexRule::Robust(_) => {
-            frame.lowest_height(side, &direction, margin).unwrap_or(frame.inner_radius)
-        }
+        ApexRule::Robust(_) => frame.lowest_height(side, &direction, margin).unwrap_or(frame.inner_radius),
     });
     let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
     face.apexes = apexes(frame, &face);

@@ -62,11 +62,7 @@ const FLAT: f64 = 1e-14;
 
 impl HermiteMesh {
     /// One gradient a vertex, smooth everywhere.
-    pub fn new(
-        mesh: HalfEdgeMesh,
-        positions: Vec<Point3>,
-        gradients: &[Vec3],
-    ) -> Result<Self, HermiteError> {
+    pub fn new(mesh: HalfEdgeMesh, positions: Vec<Point3>, gradients: &[Vec3]) -> Result<Self, HermiteError> {
         let wanted = mesh.vertex_count();
         for (what, given) in [("positions", positions.len()), ("gradients", gradients.len())] {
             if given != wanted {

@@ -27,8 +27,7 @@ pub(super) fn visibility(
     gradient: impl Fn(HalfEdgeId) -> Vec3,
 ) -> Option<f64> {
     let mesh = data.mesh();
-    let product =
-        |h| normals::of_face(mesh, data.positions(), mesh.face(h)).dot(&gradient(h).normalize());
+    let product = |h| normals::of_face(mesh, data.positions(), mesh.face(h)).dot(&gradient(h).normalize());
     mesh.ring(v).map(product).min_by(f64::total_cmp)
 }
 
@@ -157,8 +156,7 @@ fn lean(builder: &mut Builder<'_>, e: EdgeId, rule: &RobustApexes) -> bool {
         for slope in LEANS {
             let Some(joint) = builder.data.joint(e).filter(|_| builder.is_bad_edge(e)) else { return better };
             let faces = joint.into_iter().zip(which).filter(|(_, wanted)| *wanted);
-            let directions: Vec<(FaceId, Vec3)> =
-                faces.map(|(h, _)| leaned(builder, h, slope)).collect();
+            let directions: Vec<(FaceId, Vec3)> = faces.map(|(h, _)| leaned(builder, h, slope)).collect();
             better |= builder.attempt(&[], &directions, rule);
         }
     }
@@ -178,8 +176,7 @@ fn leaned(builder: &Builder<'_>, h: HalfEdgeId, slope: f64) -> (FaceId, Vec3) {
 
 /// Tries the angle-weighted, the area-weighted and the most visible normal at each vertex of a cluster.
 fn turn_normals(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    let mut vertices: Vec<VertexId> =
-        cluster.iter().flat_map(|f| builder.data.mesh().triangle(*f)).collect();
+    let mut vertices: Vec<VertexId> = cluster.iter().flat_map(|f| builder.data.mesh().triangle(*f)).collect();
     vertices.sort_unstable();
     vertices.dedup();
     let mut better = false;

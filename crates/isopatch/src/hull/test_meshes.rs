@@ -116,7 +116,8 @@ pub fn quadrics() -> Vec<(&'static str, Quadric, HermiteMesh)> {
     let stretched = p.into_iter().map(|p| p.component_mul(&axes)).collect();
     add("ellipsoid", quadric(axes.map(|a| 1.0 / (a * a)).into(), [0.0; 3], -0.5), (stretched, f));
     let turn = |i: usize| std::f64::consts::TAU * i as f64 / 12.0;
-    let around = |i: usize, radius: f64, z: f64| Point3::new(radius * turn(i).cos(), radius * turn(i).sin(), z);
+    let around =
+        |i: usize, radius: f64, z: f64| Point3::new(radius * turn(i).cos(), radius * turn(i).sin(), z);
     add(
         "hyperboloid of one sheet",
         quadric([1.0, 1.0, -1.0], [0.0; 3], -0.5),

@@ -33,13 +33,32 @@ fn real_meshes() {
                 let (fr, hf) = (robust.face_frame(*face), robust.faces()[face.index()]);
                 let dn = fr.n.map(|n| n.normalize().dot(&hf.direction));
                 let fnn = fr.n.map(|n| n.normalize().dot(&fr.normal));
-                eprintln!("   {:?} d.n {dn:.3?} f.n {fnn:.3?} h/r {:.3?}", hf.class, hf.heights.map(|h| h / fr.inner_radius));
-                for s in Side::BOTH { if let Some(a) = hf.apexes[s.index()] { eprintln!("   {:?} len {:?}", fr.layer1(s, &a), (fr.p[1]-fr.p[0]).norm()); } }
+                eprintln!(
+                    "   {:?} d.n {dn:.3?} f.n {fnn:.3?} h/r {:.3?}",
+                    hf.class,
+                    hf.heights.map(|h| h / fr.inner_radius)
+                );
+                for s in Side::BOTH {
+                    if let Some(a) = hf.apexes[s.index()] {
+                        eprintln!("   {:?} len {:?}", fr.layer1(s, &a), (fr.p[1] - fr.p[0]).norm());
+                    }
+                }
             }
             if let Problem::Edge { edge, faces, .. } = p {
                 eprintln!("   {:?}", robust.edges()[edge.index()]);
                 let n = faces.map(|f| robust.face_frame(f).normal);
-                eprintln!("   dihedral {:.1} deg {:?}", crate::geom::angle_between(&n[0], &n[1]).to_degrees(), faces.map(|f| { let h=robust.faces()[f.index()]; (h.class, h.heights.map(|x| x / robust.face_frame(f).inner_radius), h.direction.dot(&robust.face_frame(f).normal)) }));
+                eprintln!(
+                    "   dihedral {:.1} deg {:?}",
+                    crate::geom::angle_between(&n[0], &n[1]).to_degrees(),
+                    faces.map(|f| {
+                        let h = robust.faces()[f.index()];
+                        (
+                            h.class,
+                            h.heights.map(|x| x / robust.face_frame(f).inner_radius),
+                            h.direction.dot(&robust.face_frame(f).normal),
+                        )
+                    })
+                );
             }
         }
         let mut reasons = std::collections::BTreeMap::new();
@@ -47,7 +66,9 @@ fn real_meshes() {
         eprintln!(
             "{name}: faces {} paper {} robust {} {reasons:?} moved {} {t1:?} {t2:?}",
             robust.faces().len(),
-            first.bad_faces().len(), robust.bad_faces().len(), robust.moved_normals().len()
+            first.bad_faces().len(),
+            robust.bad_faces().len(),
+            robust.moved_normals().len()
         );
     }
 }

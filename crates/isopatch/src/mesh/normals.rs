@@ -67,9 +67,8 @@ fn loop_normal(mesh: &HalfEdgeMesh, positions: &[Point3], v: VertexId) -> Option
             _ => {
                 let angle = PI / (n - 1) as f64;
                 let ends = angle.sin() * (ring[0] + ring[n - 1]);
-                -(1..n - 1).fold(ends, |sum, i| {
-                    sum + (2.0 * angle.cos() - 2.0) * (i as f64 * angle).sin() * ring[i]
-                })
+                -(1..n - 1)
+                    .fold(ends, |sum, i| sum + (2.0 * angle.cos() - 2.0) * (i as f64 * angle).sin() * ring[i])
             }
         };
     } else {
@@ -124,7 +123,10 @@ mod tests {
         for n in 1..6 {
             let (mesh, positions) = fan(n, false, 0.0);
             for normals in [loop_limit, angle_weighted, area_weighted] {
-                assert!(normals(&mesh, &positions).iter().all(|m| (m - Vec3::z()).norm() < 1e-12), "{n} faces");
+                assert!(
+                    normals(&mesh, &positions).iter().all(|m| (m - Vec3::z()).norm() < 1e-12),
+                    "{n} faces"
+                );
             }
         }
     }

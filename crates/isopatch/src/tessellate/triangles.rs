@@ -30,6 +30,12 @@ pub enum TessellateError {
     /// The patches do not say what they share.
     #[error(transparent)]
     Sharing(#[from] SharingError),
+    /// A patch is not defined everywhere: the function of an A-patch has no zero on one of its rays.
+    #[error("patch {patch} is not defined everywhere")]
+    NoRoot {
+        /// The patch.
+        patch: u32,
+    },
 }
 
 /// Largest resolution: a table of 36 weights at more lattice points would need gigabytes.
@@ -103,7 +109,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
 }
 
 /// The n² triangles of a lattice, counter-clockwise.
-fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
+pub(super) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
     let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
     let inverted = index::indices(n.saturating_sub(2))
         .filter(|_| n >= 2)
