@@ -76,7 +76,7 @@ impl EdgeSide {
     pub(super) fn sufficient(&self, left: &Rim, right: &Rim) -> [f64; 2] {
         let bound = |reach: f64, mixed: [f64; 2], far: f64, rim: &Rim| {
             let pull = 1.0 + 2.0 * reach;
-            if !(pull > 0.0) {
+            if pull <= 0.0 {
                 return f64::INFINITY;
             }
             let middle = (0..2).map(|v| -3.0 * (layer2(rim.q[v], 0.0) + 2.0 * mixed[v]) / pull);

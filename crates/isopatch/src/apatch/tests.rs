@@ -1,27 +1,8 @@
 use super::*;
 use crate::geom::{Point3, Points, Vec3};
-use crate::hull::test_meshes::{icosahedron, quadrics};
+use crate::hull::test_meshes::{noise3, perturbed, quadrics};
 use crate::hull::{self, ApexRule, HermiteMesh, HullOptions, Side};
-use crate::mesh::HalfEdgeMesh;
 use crate::surface::{Domain, SeamSide, Surface};
-
-fn noise(n: usize) -> f64 {
-    let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
-    2.0 * (x - x.floor()) - 1.0
-}
-
-fn noise3(n: usize) -> Vec3 {
-    Vec3::new(noise(3 * n), noise(3 * n + 1), noise(3 * n + 2))
-}
-
-/// The icosahedron with moved vertices and gradients that are neither radial nor of unit length.
-fn perturbed(position: f64, gradient: f64) -> HermiteMesh {
-    let (p, faces) = icosahedron();
-    let gradients: Vec<Vec3> = p.iter().enumerate().map(|(i, p)| p + gradient * noise3(i + 100)).collect();
-    let moved: Vec<Point3> = p.iter().enumerate().map(|(i, p)| p + position * noise3(i)).collect();
-    let mesh = HalfEdgeMesh::from_faces(moved.len(), &faces).unwrap();
-    HermiteMesh::new(mesh, moved, &gradients).unwrap()
-}
 
 fn function(data: HermiteMesh, rule: ApexRule) -> APatchFunction {
     let options = HullOptions { rule, ..HullOptions::default() };

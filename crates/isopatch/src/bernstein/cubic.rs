@@ -39,7 +39,7 @@ pub fn simple_root(b: &[f64; 4]) -> f64 {
     let mut s = start(b);
     for _ in 0..NEWTON_STEPS {
         let next = newton_step(b, s);
-        if !(next < s) {
+        if next >= s || next.is_nan() {
             break;
         }
         s = next;

@@ -476,7 +476,7 @@ fn apexes(frame: &FaceFrame, face: &HullFace) -> [Option<Point3>; 2] {
 }
 
 fn face_fault(frame: &FaceFrame, face: &HullFace) -> Option<Reason> {
-    if frame.n.iter().any(|n| !(n.dot(&frame.normal) > 0.0)) {
+    if !frame.n.iter().all(|n| n.dot(&frame.normal) > 0.0) {
         return Some(Reason::NoVisibleNormal);
     }
     let low = Side::BOTH.into_iter().any(|side| {

@@ -68,10 +68,10 @@ impl EdgeCell {
 
     /// What is wrong with it, if its apexes may reach down to `least` (an open bound), and the worst thing first.
     pub fn fault(&self, least: f64) -> Option<Reason> {
-        if !(self.angle > 0.0) {
+        if self.angle <= 0.0 {
             return Some(Reason::ApexOverlap);
         }
-        if !(self.angle < PI) || !self.reach().iter().all(|r| r.is_finite()) {
+        if self.angle >= PI || !self.reach().iter().all(|r| r.is_finite()) {
             return Some(Reason::FlatEdgeCell);
         }
         (!self.reach().iter().all(|r| *r > least)).then_some(Reason::SteepApex)

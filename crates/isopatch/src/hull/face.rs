@@ -114,7 +114,7 @@ impl FaceFrame {
         let mut bottom = margin;
         for (start, end) in low.corner.iter().zip(high.corner) {
             let rise = end - start;
-            if !(rise > 0.0) {
+            if rise <= 0.0 {
                 return None;
             }
             bottom = bottom.max(margin - start / rise);

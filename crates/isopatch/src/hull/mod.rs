@@ -27,8 +27,9 @@ mod problem;
 mod repair;
 mod visibility;
 
+// Meshes to test with, shared with the integration tests, which name this crate from outside.
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::panic)]
+#[path = "../../tests/support/meshes.rs"]
 pub(crate) mod test_meshes;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]

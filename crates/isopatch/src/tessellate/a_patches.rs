@@ -204,7 +204,7 @@ fn samples(surface: &APatchSurface, numbering: &Numbering) -> (Vec<Point3>, Vec<
 mod tests {
     use super::*;
     use crate::apatch::{self, APatchOptions};
-    use crate::hull::test_meshes::{grid, hermite, quadrics};
+    use crate::hull::test_meshes::{quadrics, torus, torus_distance};
     use crate::hull::{self, HermiteMesh, HullOptions};
     use std::collections::HashMap;
 
@@ -213,18 +213,6 @@ mod tests {
             hull::build(data, &HullOptions::default()),
             &APatchOptions::default(),
         ))
-    }
-
-    /// A torus: convex, nonconvex and negative edges.
-    fn torus() -> APatchSurface {
-        let at = |i: usize, j: usize| {
-            let (u, v) = (std::f64::consts::TAU * i as f64 / 16.0, std::f64::consts::TAU * j as f64 / 10.0);
-            let normal = Vec3::new(u.cos() * v.cos(), u.sin() * v.cos(), v.sin());
-            (Point3::new(u.cos(), u.sin(), 0.0) + 0.4 * normal, normal)
-        };
-        let normals: Vec<Vec3> = (0..160).map(|n| at(n / 10, n % 10).1).collect();
-        let (p, f) = grid([16, 10], [true, true], |i, j| at(i, j).0);
-        surface(hermite(p, &f, &normals))
     }
 
     /// Edges that are in one triangle only, and whether any edge is used twice in one direction.
@@ -241,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_closed_surface_has_no_cracks() {
-        let surface = torus();
+        let surface = surface(torus([16, 10]));
         for (along, across) in [(1, 1), (2, 1), (3, 2), (8, 3)] {
             let mesh = tessellate_a_patches(&surface, APatchResolution { along, across }).unwrap();
             assert_eq!(border(&mesh), 0, "{along} {across}");
@@ -253,10 +241,11 @@ mod tests {
 
     #[test]
     fn every_point_is_on_the_torus_with_its_normal() {
-        let mesh = tessellate_a_patches(&torus(), APatchResolution { along: 6, across: 3 }).unwrap();
+        let mesh = tessellate_a_patches(&surface(torus([16, 10])), APatchResolution { along: 6, across: 3 })
+            .unwrap();
         for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
             let rho = p.x.hypot(p.y);
-            assert!(((rho - 1.0).hypot(p.z) - 0.4).abs() < 5e-3);
+            assert!(torus_distance(p) < 5e-3);
             let normal = Vec3::new(p.x / rho * (rho - 1.0), p.y / rho * (rho - 1.0), p.z).normalize();
             assert!(n.dot(&normal) > 0.99 && (n.norm() - 1.0).abs() < 1e-14);
         }
@@ -281,7 +270,7 @@ mod tests {
     #[test]
     fn resolutions_have_limits() {
         let resolution = APatchResolution { along: 0, across: 1 };
-        let error = tessellate_a_patches(&torus(), resolution).unwrap_err();
+        let error = tessellate_a_patches(&surface(torus([16, 10])), resolution).unwrap_err();
         assert_eq!(error, TessellateError::Resolution { resolution: 0 });
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic)] // These are tests.
 
 pub mod golden;
+pub mod meshes;
 pub mod python;
 pub mod step;
 

@@ -1,8 +1,11 @@
-//! Meshes and data to build hulls and functions over.
+//! Triangle meshes with gradients: quadrics, tori, noise, and files.
+#![allow(dead_code, reason = "each test program uses a part")]
+#![allow(clippy::unwrap_used, clippy::panic)] // Test data that is wrong has to stop the test.
 
-use super::HermiteMesh;
-use crate::geom::{Point3, Vec3};
-use crate::mesh::{HalfEdgeMesh, normals};
+use isopatch::geom::{Point3, Vec3};
+use isopatch::hull::HermiteMesh;
+use isopatch::mesh::{HalfEdgeMesh, normals};
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 /// The icosahedron with vertices on the unit sphere.
@@ -115,7 +118,7 @@ pub fn quadrics() -> Vec<(&'static str, Quadric, HermiteMesh)> {
     let (p, f) = icosphere(1);
     let stretched = p.into_iter().map(|p| p.component_mul(&axes)).collect();
     add("ellipsoid", quadric(axes.map(|a| 1.0 / (a * a)).into(), [0.0; 3], -0.5), (stretched, f));
-    let turn = |i: usize| std::f64::consts::TAU * i as f64 / 12.0;
+    let turn = |i: usize| TAU * i as f64 / 12.0;
     let around =
         |i: usize, radius: f64, z: f64| Point3::new(radius * turn(i).cos(), radius * turn(i).sin(), z);
     add(
@@ -162,6 +165,43 @@ pub fn quadrics() -> Vec<(&'static str, Quadric, HermiteMesh)> {
         })
     });
     all
+}
+
+/// A repeatable number in [−1, 1] for every n.
+pub fn noise(n: usize) -> f64 {
+    let x = (n as f64 * 12.9898 + 4.1).sin() * 43_758.545_3;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// Three of them.
+pub fn noise3(n: usize) -> Vec3 {
+    Vec3::new(noise(3 * n), noise(3 * n + 1), noise(3 * n + 2))
+}
+
+/// The icosahedron with moved vertices, and with gradients that are neither radial nor of unit length.
+pub fn perturbed(position: f64, gradient: f64) -> HermiteMesh {
+    let (p, faces) = icosahedron();
+    let gradients: Vec<Vec3> = p.iter().enumerate().map(|(i, p)| p + gradient * noise3(i + 100)).collect();
+    let moved: Vec<Point3> = p.iter().enumerate().map(|(i, p)| p + position * noise3(i)).collect();
+    let mesh = HalfEdgeMesh::from_faces(moved.len(), &faces).unwrap();
+    HermiteMesh::new(mesh, moved, &gradients).unwrap()
+}
+
+/// The torus with radii 1 and 0.4 as a grid, with its unit normals.
+pub fn torus([nu, nv]: [usize; 2]) -> HermiteMesh {
+    let at = |i: usize, j: usize| {
+        let (u, v) = (TAU * i as f64 / nu as f64, TAU * j as f64 / nv as f64);
+        let normal = Vec3::new(u.cos() * v.cos(), u.sin() * v.cos(), v.sin());
+        (Point3::new(u.cos(), u.sin(), 0.0) + 0.4 * normal, normal)
+    };
+    let normals: Vec<Vec3> = (0..nu * nv).map(|n| at(n / nv, n % nv).1).collect();
+    let (p, f) = grid([nu, nv], [true, true], |i, j| at(i, j).0);
+    hermite(p, &f, &normals)
+}
+
+/// Distance to that torus.
+pub fn torus_distance(p: &Point3) -> f64 {
+    ((p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.4).abs()
 }
 
 /// A mesh of the test data with Loop normals; none if that is not there. Vertices without faces are left out.
