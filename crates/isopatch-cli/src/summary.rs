@@ -1,7 +1,7 @@
 //! A report as a few lines for people.
 
 use crate::outputs::Written;
-use isopatch::report::Report;
+use isopatch::report::{IntersectionReport, Report};
 use std::fmt::Write;
 
 /// Most characters of the input that are shown.
@@ -84,6 +84,18 @@ fn accuracy(report: &Report, lines: &mut Lines) {
             small(surface.max_normal_jump_rad)
         ),
     );
+    if let Some(count) = surface.self_intersections {
+        lines.add("itself", intersections(count, surface.self_intersections_at.first()));
+    }
+}
+
+fn intersections(count: usize, first: Option<&IntersectionReport>) -> String {
+    let Some(IntersectionReport { at: [x, y, z], patches: [a, b] }) = first else {
+        return "no self-intersections (measured)".to_owned();
+    };
+    format!(
+        "{count} pairs of triangles intersect, the first near ({x:.4}, {y:.4}, {z:.4}) in patches {a} and {b}"
+    )
 }
 
 fn times(report: &Report) -> String {

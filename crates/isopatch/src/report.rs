@@ -5,7 +5,7 @@
 
 pub use crate::base::Repair;
 use crate::geom::Aabb;
-use crate::inspect::Inspection;
+use crate::inspect::{Inspection, Intersection};
 use crate::surface::Continuity;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::time::Instant;
@@ -86,6 +86,10 @@ pub struct SurfaceReport {
     pub max_gap: f64,
     /// Largest normal jump across a seam.
     pub max_normal_jump_rad: f64,
+    /// Pairs of triangles of the tessellated surface that intersect; none if that was not looked for.
+    pub self_intersections: Option<usize>,
+    /// The first ten of them.
+    pub self_intersections_at: Vec<IntersectionReport>,
     /// Largest distance from the surface to the zero set.
     pub max_distance: Option<f64>,
     /// Largest distance from the zero set to the surface.
@@ -110,6 +114,21 @@ pub struct SurfaceReport {
     pub volume: Option<f64>,
     /// What is certified, not only measured.
     pub certified: Certified,
+}
+
+/// A place where the surface goes through itself.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct IntersectionReport {
+    /// The two patches, or twice the same.
+    pub patches: [u32; 2],
+    /// The place, in model units.
+    pub at: [f64; 3],
+}
+
+impl From<&Intersection> for IntersectionReport {
+    fn from(found: &Intersection) -> Self {
+        Self { patches: found.patches.map(|p| p.0), at: found.at.into() }
+    }
 }
 
 /// Statements that outward-rounded bounds prove; none and false until something shows them.
@@ -159,6 +178,7 @@ impl SurfaceReport {
     pub fn new(inspection: &Inspection, kind: &str, continuity: Continuity) -> Self {
         let deviation = inspection.deviation.as_ref();
         let at_vertices = inspection.interpolation;
+        let intersections = inspection.intersections.as_ref();
         let closed = inspection.topology.boundary_loops == 0;
         Self {
             patches: inspection.patches,
@@ -167,6 +187,9 @@ impl SurfaceReport {
             closed,
             max_gap: inspection.seams.max_gap,
             max_normal_jump_rad: inspection.seams.max_normal_jump,
+            self_intersections: intersections.map(|i| i.count),
+            self_intersections_at: intersections
+                .map_or_else(Vec::new, |i| i.first.iter().map(IntersectionReport::from).collect()),
             max_distance: deviation.map(|d| d.max_distance),
             max_distance_back: inspection.coverage.map(|c| c.max_distance),
             rms_distance: deviation.map(|d| d.rms_distance),
@@ -299,6 +322,8 @@ mod tests {
                 closed: true,
                 max_gap: 0.0,
                 max_normal_jump_rad: 1e-15,
+                self_intersections: Some(1),
+                self_intersections_at: vec![IntersectionReport { patches: [3, 7], at: [0.5, 0.0, -1.0] }],
                 max_distance: Some(f64::INFINITY),
                 max_distance_back: None,
                 rms_distance: Some(1e-5),
@@ -325,7 +350,8 @@ mod tests {
         let text = report().to_json().unwrap();
         let fields = "schema input method version threads unit negated diagonal bounds \
             base vertices edges faces components euler genus boundary_loops singular_points singular_curves \
-            surface patches kind continuity closed max_gap max_normal_jump_rad max_distance max_distance_back \
+            surface patches kind continuity closed max_gap max_normal_jump_rad \
+            self_intersections self_intersections_at patches at max_distance max_distance_back \
             rms_distance max_normal_error_rad certified distance topology \
             spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
             repairs what where why seconds total base spline peak_memory_bytes";

@@ -61,15 +61,33 @@ fn base_mesh(golden: &Value) -> BaseMesh {
     let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces).unwrap();
     let features = vec![EdgeFeature::Smooth; mesh.edge_count()];
     let curvatures = golden["curvature_tensor_M"].as_array().unwrap().iter().map(matrix).collect();
-    BaseMesh { mesh, positions, normals: points(&golden["normals"]), curvatures, features }
+    BaseMesh { mesh, positions, normals: points(&golden["normals"]), curvatures, features, clip: None }
 }
+
+/// The golden nets were made with tangents along the chords, and moved only the free points by the normal distance.
+const GOLDEN_CURVES: CurveOptions = CurveOptions {
+    shortest_tangent: 0.08,
+    longest_tangent: 0.6,
+    max_steps: 40,
+    step_tolerance: 1e-9,
+    normal_distance_steps: 10,
+    tangential_weight: 1e-3,
+    largest_turn: 0.0,
+    constraint_tolerance: 1e-10,
+};
+const GOLDEN_PATCHES: SplineOptions = SplineOptions {
+    normal_distance_steps: 2,
+    tangential_weight: 1e-2,
+    relaxation_steps: 0,
+    relaxation_weight: 0.0,
+};
 
 fn build(golden: &Value, target: &Implicit) -> (Vec<[Point3; 5]>, TriangularSpline) {
     let base = base_mesh(golden);
-    let curves = fit_quartics(&base, target, &CurveOptions::default()).unwrap();
+    let curves = fit_quartics(&base, target, &GOLDEN_CURVES).unwrap();
     assert!(curves.iter().all(|c| !c.at_bound));
     let q = curves.iter().map(|c| c.q).collect();
-    (q, spline::build(base, &curves, target, &SplineOptions::default()).unwrap())
+    (q, spline::build(base, &curves, target, &GOLDEN_PATCHES).unwrap())
 }
 
 /// Curves and nets of the whole pipeline; the Levenberg–Marquardt fits stop at 1e-9, which bounds the agreement.

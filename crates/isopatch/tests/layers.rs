@@ -24,7 +24,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("rational", &["network"]),
     ("tessellate", &["apatch", "spline", "rational"]),
     ("query", &["apatch", "spline", "rational"]),
-    ("inspect", &["apatch", "spline", "rational"]),
+    ("inspect", &["tessellate"]),
     ("render", &["tessellate", "query"]),
     ("report", &["inspect"]),
     ("io", &["tessellate", "query", "inspect", "render"]),

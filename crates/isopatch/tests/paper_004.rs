@@ -11,14 +11,16 @@ mod support;
 use isopatch::field::Field;
 use isopatch::gallery;
 use isopatch::geom::Point3;
-use isopatch::inspect::{InspectOptions, Inspection, inspect};
+use isopatch::inspect::{InspectOptions, Inspection, coverage, deviation, inspect};
 use isopatch::io::native::{Provenance, write_native};
 use isopatch::io::read::PolygonMesh;
 use isopatch::io::step::{StepOptions, write_step};
 use isopatch::recipes::spline::{Fitted, Size, SplineRecipe, fit};
+use isopatch::spline::TriangularSpline;
 use std::f64::consts::TAU;
 use std::fs::File;
 use std::io::{BufWriter, Write};
+use support::flat_mesh::FlatMesh;
 use support::python::{self, Missing, check};
 use support::step::{self, Expected};
 
@@ -36,6 +38,13 @@ struct Row {
 const MAX_FACTOR: f64 = 1.5;
 const RMS_FACTOR: f64 = 1.2;
 const NORMAL_FACTOR: f64 = 1.5;
+
+/// How many times closer to the zero set than flat triangles of as many bytes: largest distance, both ways.
+const GAIN_OVER_TRIANGLES: f64 = 10.0;
+/// Room for what a native file has besides the points: names of corners, options, checksums.
+const BYTES_FACTOR: f64 = 1.1;
+/// Lattice on which flat triangles are measured: their centroids and edge midpoints are the farthest.
+const FLAT_LATTICE: usize = 6;
 
 /// One model of the paper.
 struct Model {
@@ -162,7 +171,8 @@ fn measure(fitted: &Fitted) -> Inspection {
 
 /// The table "What it must show": counts, distances, normals, seams, interpolation.
 fn figures(name: &str, model: &Model) {
-    let found = measure(&model.fit());
+    let fitted = model.fit();
+    let found = measure(&fitted);
     let deviation = found.deviation.as_ref().unwrap();
     let coverage = found.coverage.as_ref().unwrap();
     let (seams, interpolation) = (&found.seams, &found.interpolation);
@@ -189,6 +199,8 @@ fn figures(name: &str, model: &Model) {
     assert_eq!((found.topology.boundary_loops, seams.boundary), (0, 0));
     assert_eq!((deviation.over_limit, deviation.folded), (0, 0));
 
+    assert_eq!(found.intersections.as_ref().map(|i| i.count), Some(0));
+
     let as_good_as = |row: &&Row| {
         deviation.max_first_order <= MAX_FACTOR * row.max
             && deviation.rms_first_order <= RMS_FACTOR * row.rms
@@ -206,6 +218,37 @@ fn figures(name: &str, model: &Model) {
     assert_eq!(interpolation.max_position_error, 0.0);
     assert!(interpolation.max_normal_error <= 1e-12, "{found}");
     assert!(interpolation.max_curvature_error <= 1e-9, "{found}");
+    closer_than_triangles(name, &fitted, &found);
+}
+
+/// The spline against triangles of as many bytes, with vertices on the zero set.
+fn closer_than_triangles(name: &str, fitted: &Fitted, found: &Inspection) {
+    let flat = FlatMesh::of(&fitted.surface, &fitted.formula);
+    let bytes = native(&fitted.surface).len();
+    assert!(bytes as f64 <= BYTES_FACTOR * flat.bytes as f64, "{bytes} and {}", flat.bytes);
+    let there = deviation(&flat, &fitted.formula, found.diagonal, FLAT_LATTICE);
+    let points = InspectOptions::default().back_samples;
+    let back =
+        coverage(&flat, &fitted.formula, found.diagonal, found.extent.area, points, Some(fitted.bounds))
+            .unwrap();
+    let (mine, mine_back) = (found.deviation.as_ref().unwrap(), found.coverage.unwrap());
+    let gain = there.max_distance.max(back.max_distance) / mine.max_distance.max(mine_back.max_distance);
+    println!(
+        "{name}: {bytes} bytes, flat {} bytes, distance {:.2e} rms {:.2e} back {:.2e}: gain {gain:.1}, rms {:.1}",
+        flat.bytes,
+        there.max_distance,
+        there.rms_distance,
+        back.max_distance,
+        there.rms_distance / mine.rms_distance
+    );
+    assert!(gain >= GAIN_OVER_TRIANGLES, "{name}: {gain}");
+}
+
+/// The bytes of a native file.
+fn native(spline: &TriangularSpline) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write_native(spline, &Provenance::default(), &mut bytes).unwrap();
+    bytes
 }
 
 /// The STEP file, read back by a CAD kernel and by a reader of its text.
@@ -235,8 +278,7 @@ fn bytes(model: &Model, threads: usize) -> [Vec<u8>; 2] {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let surface = model.fit().surface;
-        let mut files = [Vec::new(), Vec::new()];
-        write_native(&surface, &Provenance::default(), &mut files[0]).unwrap();
+        let mut files = [native(&surface), Vec::new()];
         write_step(&surface, &StepOptions::default(), &mut files[1]).unwrap();
         files
     })

@@ -89,7 +89,7 @@ fn sphere_base(positions: Vec<Point3>, faces: &[[u32; 3]]) -> BaseMesh {
     let mesh = HalfEdgeMesh::from_faces(positions.len(), faces).unwrap();
     let features = vec![EdgeFeature::Smooth; mesh.edge_count()];
     let curvatures = positions.iter().map(|p| p * p.transpose() - Mat3::identity()).collect();
-    BaseMesh { normals: positions.clone(), curvatures, features, mesh, positions }
+    BaseMesh { normals: positions.clone(), curvatures, features, mesh, positions, clip: None }
 }
 
 /// The sample of one side of a seam at seam parameter t.

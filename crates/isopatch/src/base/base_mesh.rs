@@ -1,7 +1,7 @@
-use super::clip::Clip;
+use super::clip::{BoxSides, Clip};
 use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
-use crate::mesh::HalfEdgeMesh;
+use crate::mesh::{EdgeId, HalfEdgeMesh, VertexId};
 
 /// What an edge of a base mesh means for the surface over it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +49,33 @@ impl BaseMesh {
             })
             .collect();
         Self { mesh, positions, normals, curvatures, features, clip: None }
+    }
+
+    /// The sides of the box in which a boundary edge lies: those of both its ends. None of an edge inside.
+    pub fn sides_of(&self, edge: EdgeId) -> BoxSides {
+        let h = self.mesh.edge_half_edge(edge);
+        match (&self.clip, self.mesh.twin(h)) {
+            (Some(clip), None) => {
+                clip.sides[self.mesh.origin(h).index()].common(clip.sides[self.mesh.dest(h).index()])
+            }
+            _ => BoxSides::NONE,
+        }
+    }
+
+    /// The direction in the tangent plane in which the curve over an edge leaves one of its ends, of any length: that of
+    /// the chord for an edge inside, that of the section of the surface for an edge in a side of the box.
+    pub fn direction(&self, edge: EdgeId, end: VertexId) -> Vec3 {
+        let h = self.mesh.edge_half_edge(edge);
+        let (from, to) = (self.mesh.origin(h), self.mesh.dest(h));
+        let other = if end == from { to } else { from };
+        let chord = self.positions[other.index()] - self.positions[end.index()];
+        let n = self.normals[end.index()];
+        let sides = self.sides_of(edge);
+        if sides.is_empty() {
+            return chord - chord.dot(&n) * n;
+        }
+        let along = n.cross(&sides.across());
+        chord.dot(&along) * along
     }
 
     /// Bounding box of the vertices.

@@ -4,9 +4,8 @@ use rayon::prelude::*;
 
 use super::clip::BoxSide;
 use super::error::BaseError;
-use super::polygonize::{Grid, boundary_sign, sample};
 use crate::field::Field;
-use crate::geom::{Aabb, Point3, Vec3};
+use crate::geom::{Aabb, Point3, Points, Vec3};
 
 /// Half the edge lengths of the cubes in which [`find_box`] looks, one after the other: 2³⁰ (a thousand kilometres in
 /// millimetres), 2²⁰ and 2¹⁰.
@@ -140,15 +139,34 @@ fn may_vanish(field: &dyn Field, cell: &Aabb) -> bool {
     !(range.lo > 0.0 || range.hi < 0.0)
 }
 
-/// Cells along the longest side of the box when only the sign outside the solid is wanted.
-const SIGN_CELLS: usize = 32;
+/// Samples along each side of the box when only the sign outside the solid is wanted.
+const SIGN_SAMPLES: usize = 33;
 
 /// Is f < 0 on the boundary of the box, so that the bounded solid is {f > 0} and the field is to be negated?
 ///
-/// Decided from samples on the boundary of the part of the box that can hold the surface.
+/// Decided from samples on the boundary of the part of the box that can hold the surface. False if there are both signs:
+/// the box cuts the surface, which is then taken as it is.
 pub fn outside_is_negative(field: &dyn Field, bounds: &Aabb) -> Result<bool, BaseError> {
     let region = tighten(field, bounds)?;
-    boundary_sign(&sample(field, &Grid::covering(&region, SIGN_CELLS)))
+    let is_side = |i: usize| i == 0 || i == SIGN_SAMPLES - 1;
+    let share = |i: usize| i as f64 / (SIGN_SAMPLES - 1) as f64;
+    let place =
+        |n: usize| [n % SIGN_SAMPLES, n / SIGN_SAMPLES % SIGN_SAMPLES, n / SIGN_SAMPLES / SIGN_SAMPLES];
+    let points: Points = (0..SIGN_SAMPLES.pow(3))
+        .map(place)
+        .filter(|at| at.iter().any(|i| is_side(*i)))
+        .map(|at| region.min + region.size().component_mul(&Vec3::from(at.map(share))))
+        .collect();
+    let mut values = vec![0.0; points.len()];
+    field.values(points.view(), &mut values);
+    let mut defined = values.iter().filter(|f| !f.is_nan()).peekable();
+    Ok(defined.peek().is_some() && defined.all(|f| *f < 0.0))
+}
+
+/// The sides of the box that are sides of the region, too: there the box may cut the surface.
+pub(super) fn clipped_sides(bounds: &Aabb, region: &Aabb) -> impl Iterator<Item = BoxSide> {
+    let (bounds, region) = (*bounds, *region);
+    BoxSide::all().filter(move |side| side.position(&bounds) == side.position(&region))
 }
 
 /// Which side of the box a point outside of it is beyond; none for a point inside.

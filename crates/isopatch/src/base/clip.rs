@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::geom::{Aabb, Point3};
+use crate::geom::{Aabb, Point3, Vec3};
 
 /// A side of a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +50,16 @@ impl BoxSides {
         BoxSide::all().filter(|s| p[s.axis] == s.position(bounds)).collect()
     }
 
+    /// One bit a side, in the order of [`BoxSide::all`].
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
+    /// The sides with these bits; none if there are more bits than sides.
+    pub fn from_bits(bits: u8) -> Option<Self> {
+        (bits >> 6 == 0).then_some(Self(bits))
+    }
+
     /// The sides in it.
     pub fn iter(self) -> impl Iterator<Item = BoxSide> {
         BoxSide::all().filter(move |s| self.0 & Self::bit(*s) != 0)
@@ -80,6 +90,19 @@ impl BoxSides {
         Self(self.0 & other.0)
     }
 
+    /// The sum of the unit vectors across them.
+    pub fn across(self) -> Vec3 {
+        let mut across = Vec3::zeros();
+        self.iter().for_each(|s| across[s.axis] += if s.upper { 1.0 } else { -1.0 });
+        across
+    }
+
+    /// The part of a vector that is parallel to all of them.
+    pub fn within(self, mut v: Vec3) -> Vec3 {
+        self.iter().for_each(|s| v[s.axis] = 0.0);
+        v
+    }
+
     /// Which coordinates are fixed.
     pub fn fixed_axes(self) -> [bool; 3] {
         std::array::from_fn(|axis| self.0 >> (2 * axis) & 3 != 0)
@@ -105,6 +128,16 @@ pub struct Clip {
     pub bounds: Aabb,
     /// For each vertex, the sides it lies in; none for a vertex inside.
     pub sides: Vec<BoxSides>,
+}
+
+/// A point may be outside the box by this share of its diagonal, as where the surface touches a side of the box.
+const ROUNDING: f64 = 1e-12;
+
+impl Clip {
+    /// Is the point in the box, but for rounding?
+    pub(super) fn holds(&self, p: &Point3) -> bool {
+        self.bounds.grown(ROUNDING * self.bounds.diagonal()).contains(p)
+    }
 }
 
 #[cfg(test)]

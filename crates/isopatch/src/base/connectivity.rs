@@ -1,9 +1,9 @@
-//! Connectivity that changes: closed triangle meshes under splits, collapses and flips.
+//! Connectivity that changes: triangle meshes under splits, collapses and flips.
 
-/// Marks what no longer exists.
+/// Marks what no longer exists, and the twin of a half edge on the boundary.
 const NONE: u32 = u32::MAX;
 
-/// A closed oriented triangle mesh that can be changed in constant time.
+/// An oriented triangle mesh, closed or with a boundary, that can be changed in constant time.
 ///
 /// Half edge 3f + k runs from corner k to corner k + 1 of face f, as in [`crate::mesh::HalfEdgeMesh`].
 /// Removed faces and vertices leave holes in the numbering until [`Connectivity::compact`].
@@ -11,9 +11,10 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Connectivity {
     origin: Vec<u32>,
     twin: Vec<u32>,
-    /// An outgoing half edge of each vertex; `NONE` if removed.
+    /// An outgoing half edge of each vertex, the clockwise-most one at a boundary; `NONE` if removed.
     outgoing: Vec<u32>,
     face_count: usize,
+    is_open: bool,
 }
 
 fn next(h: u32) -> u32 {
@@ -25,7 +26,7 @@ fn prev(h: u32) -> u32 {
 }
 
 impl Connectivity {
-    /// Connectivity of a closed manifold; none if an edge has no partner in the opposite direction.
+    /// Connectivity of a manifold; none if more than one boundary passes through a vertex.
     pub fn from_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Option<Self> {
         let origin: Vec<u32> = faces.iter().flatten().copied().collect();
         let mut start = vec![0u32; vertex_count + 1];
@@ -45,12 +46,23 @@ impl Connectivity {
         for h in 0..origin.len() as u32 {
             let (a, b) = (origin[h as usize], origin[next(h) as usize]);
             let of_b = &leaving[start[b as usize] as usize..start[b as usize + 1] as usize];
-            twin[h as usize] = *of_b.iter().find(|g| origin[next(**g) as usize] == a)?;
+            if let Some(g) = of_b.iter().find(|g| origin[next(**g) as usize] == a) {
+                twin[h as usize] = *g;
+            }
         }
-        let outgoing = (0..vertex_count)
+        let mut outgoing: Vec<u32> = (0..vertex_count)
             .map(|v| if start[v] < start[v + 1] { leaving[start[v] as usize] } else { NONE })
             .collect();
-        Some(Self { origin, twin, outgoing, face_count: faces.len() })
+        let mut on_boundary = vec![false; vertex_count];
+        for h in (0..origin.len()).filter(|h| twin[*h] == NONE) {
+            let v = origin[h] as usize;
+            if std::mem::replace(&mut on_boundary[v], true) {
+                return None;
+            }
+            outgoing[v] = h as u32;
+        }
+        let is_open = on_boundary.contains(&true);
+        Some(Self { origin, twin, outgoing, face_count: faces.len(), is_open })
     }
 
     /// Number of faces that exist.
@@ -89,8 +101,19 @@ impl Connectivity {
         self.origin[prev(h) as usize]
     }
 
-    pub fn twin(&self, h: u32) -> u32 {
-        self.twin[h as usize]
+    /// The opposite half edge; none on the boundary.
+    pub fn twin(&self, h: u32) -> Option<u32> {
+        let g = self.twin[h as usize];
+        (g != NONE).then_some(g)
+    }
+
+    /// Is there a face on one side only?
+    pub fn is_boundary(&self, h: u32) -> bool {
+        self.twin[h as usize] == NONE
+    }
+
+    pub fn is_boundary_vertex(&self, v: u32) -> bool {
+        self.is_boundary(self.outgoing[v as usize])
     }
 
     /// Corners of the face of a half edge, from its origin on.
@@ -105,7 +128,7 @@ impl Connectivity {
 
     /// One half edge of every edge that exists.
     pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.half_edge_bound()).filter(|h| self.is_half_edge(*h) && *h < self.twin(*h))
+        (0..self.half_edge_bound()).filter(|h| self.is_half_edge(*h) && *h < self.twin[*h as usize])
     }
 
     /// Vertices that exist.
@@ -113,25 +136,70 @@ impl Connectivity {
         (0..self.outgoing.len() as u32).filter(|v| self.is_vertex(*v))
     }
 
-    /// Outgoing half edges of a vertex, counter-clockwise.
+    /// Outgoing half edges of a vertex, one a face, counter-clockwise; from boundary to boundary if it has one.
     pub fn ring(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
         let first = self.outgoing[v as usize];
         std::iter::successors(Some(first), move |h| {
-            Some(self.twin(prev(*h))).filter(|following| *following != first)
+            self.twin(prev(*h)).filter(|following| *following != first)
         })
     }
 
+    /// The ends of all edges at a vertex, counter-clockwise.
+    pub fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        let past_boundary = |h: u32| self.is_boundary(prev(h)).then(|| self.apex(h));
+        self.ring(v).flat_map(move |h| std::iter::once(self.dest(h)).chain(past_boundary(h)))
+    }
+
+    /// The neighbours of a vertex along the boundary: where it comes from and where it goes on.
+    pub fn boundary_neighbours(&self, v: u32) -> Option<[u32; 2]> {
+        if !self.is_boundary_vertex(v) {
+            return None;
+        }
+        let last = self.ring(v).last()?;
+        Some([self.apex(last), self.dest(self.outgoing[v as usize])])
+    }
+
+    /// The half edge of the boundary that leaves a vertex.
+    pub fn boundary_from(&self, v: u32) -> Option<u32> {
+        Some(self.outgoing[v as usize]).filter(|h| self.is_boundary(*h))
+    }
+
+    /// Number of edges at a vertex.
     pub fn valence(&self, v: u32) -> usize {
-        self.ring(v).count()
+        self.neighbours(v).count()
     }
 
     pub fn are_neighbours(&self, a: u32, b: u32) -> bool {
-        self.ring(a).any(|h| self.dest(h) == b)
+        self.neighbours(a).any(|v| v == b)
     }
 
     fn link(&mut self, h: u32, g: u32) {
-        self.twin[h as usize] = g;
-        self.twin[g as usize] = h;
+        for (from, to) in [(h, g), (g, h)] {
+            if from != NONE {
+                self.twin[from as usize] = to;
+            }
+        }
+    }
+
+    /// Makes the rings of vertices start at the boundary where they have one.
+    fn start_rings(&mut self, vertices: &[u32]) {
+        if !self.is_open {
+            return;
+        }
+        for v in vertices {
+            let first = self.outgoing[*v as usize];
+            let clockwise = |h: &u32| self.twin(*h).map(next).filter(|g| *g != first);
+            let last = std::iter::successors(Some(first), clockwise).last();
+            if let Some(last) = last.filter(|h| self.is_boundary(*h)) {
+                self.outgoing[*v as usize] = last;
+            }
+        }
+    }
+
+    /// Can the vertex lose one of its faces? Inside, valence 3 must remain; on the boundary, a face.
+    fn can_lose_face(&self, v: u32) -> bool {
+        let least = if self.is_boundary_vertex(v) { 2 } else { 4 };
+        self.ring(v).take(least).count() == least
     }
 
     fn set_face(&mut self, h: u32, corners: [u32; 3], twins: [u32; 3]) {
@@ -144,11 +212,18 @@ impl Connectivity {
         }
     }
 
-    /// May the edge be replaced by the one between the two apexes?
+    /// The corners opposite to an edge inside, left and right; none on the boundary.
+    pub fn apexes(&self, h: u32) -> Option<[u32; 2]> {
+        self.twin(h).map(|g| [self.apex(h), self.apex(g)])
+    }
+
+    /// May the edge be replaced by the one between the two apexes? Never on the boundary.
     pub fn can_flip(&self, h: u32) -> bool {
-        let (c, d) = (self.apex(h), self.apex(self.twin(h)));
-        let spare = |v| self.ring(v).take(4).count() == 4;
-        c != d && spare(self.origin(h)) && spare(self.dest(h)) && !self.are_neighbours(c, d)
+        let Some([c, d]) = self.apexes(h) else { return false };
+        c != d
+            && self.can_lose_face(self.origin(h))
+            && self.can_lose_face(self.dest(h))
+            && !self.are_neighbours(c, d)
     }
 
     /// Replaces the edge a → b between the apexes c (left) and d (right) by the edge d → c.
@@ -160,63 +235,105 @@ impl Connectivity {
     /// ```
     /// Faces (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b). [`Connectivity::can_flip`] must hold.
     pub fn flip(&mut self, h: u32) {
-        let g = self.twin(h);
+        let g = self.twin[h as usize];
         let ([a, b, c], d) = (self.corners(h), self.apex(g));
-        let [bc, ca, ad, db] = [next(h), prev(h), next(g), prev(g)].map(|e| self.twin(e));
+        let [bc, ca, ad, db] = [next(h), prev(h), next(g), prev(g)].map(|e| self.twin[e as usize]);
         self.set_face(h, [d, c, a], [g, ca, ad]);
         self.set_face(g, [c, d, b], [h, db, bc]);
+        self.start_rings(&[a, b, c, d]);
     }
 
-    /// Puts a new vertex on the edge; returns it. Two faces more.
+    /// Number of faces that a split of the edge adds and its collapse removes.
+    pub fn faces_at(&self, h: u32) -> usize {
+        if self.is_boundary(h) { 1 } else { 2 }
+    }
+
+    /// Puts a new vertex on the edge; returns it. Two faces more, one on the boundary.
     pub fn split(&mut self, h: u32) -> u32 {
-        let g = self.twin(h);
+        let Some(g) = self.twin(h) else { return self.split_boundary(h) };
         let ([a, b, c], d) = (self.corners(h), self.apex(g));
         let m = self.outgoing.len() as u32;
         let (p, q) = (self.half_edge_bound(), self.half_edge_bound() + 3);
         self.outgoing.push(p);
         self.origin.resize(self.origin.len() + 6, NONE);
         self.twin.resize(self.twin.len() + 6, NONE);
-        let [bc, ca, ad, db] = [next(h), prev(h), next(g), prev(g)].map(|e| self.twin(e));
+        let [bc, ca, ad, db] = [next(h), prev(h), next(g), prev(g)].map(|e| self.twin[e as usize]);
         // (a, b, c) → (a, m, c), (m, b, c) and (b, a, d) → (b, m, d), (m, a, d).
         self.set_face(h, [a, m, c], [q, prev(p), ca]);
         self.set_face(p, [m, b, c], [g, bc, next(h)]);
         self.set_face(g, [b, m, d], [p, prev(q), db]);
         self.set_face(q, [m, a, d], [h, ad, next(g)]);
         self.face_count += 2;
+        self.start_rings(&[a, b, c, d]);
+        m
+    }
+
+    /// (a, b, c) → (a, m, c), (m, b, c).
+    fn split_boundary(&mut self, h: u32) -> u32 {
+        let [a, b, c] = self.corners(h);
+        let m = self.outgoing.len() as u32;
+        let p = self.half_edge_bound();
+        self.outgoing.push(p);
+        self.origin.resize(self.origin.len() + 3, NONE);
+        self.twin.resize(self.twin.len() + 3, NONE);
+        let [bc, ca] = [next(h), prev(h)].map(|e| self.twin[e as usize]);
+        self.set_face(h, [a, m, c], [NONE, prev(p), ca]);
+        self.set_face(p, [m, b, c], [NONE, bc, next(h)]);
+        self.face_count += 1;
+        self.start_rings(&[a, b, c, m]);
         m
     }
 
     /// Would merging the ends keep the surface a manifold of the same topology (the link condition)?
     pub fn can_collapse(&self, h: u32) -> bool {
-        let (a, b) = (self.origin(h), self.dest(h));
-        let (c, d) = (self.apex(h), self.apex(self.twin(h)));
-        let common = self.ring(a).filter(|e| self.are_neighbours(self.dest(*e), b)).count();
-        let spare = |v| self.ring(v).take(4).count() == 4;
-        // Valence 3 must remain at the merged vertex and at the two apexes.
-        common == 2 && c != d && spare(c) && spare(d) && self.valence(a) + self.valence(b) >= 7
+        let (a, b, c) = (self.origin(h), self.dest(h), self.apex(h));
+        let common = self.neighbours(a).filter(|v| self.are_neighbours(*v, b)).count();
+        let Some(g) = self.twin(h) else {
+            return common == 1 && self.can_lose_face(c);
+        };
+        let on_boundary = [a, b].map(|v| self.is_boundary_vertex(v));
+        let d = self.apex(g);
+        // An edge inside from boundary to boundary would pinch the surface; valence 3 must remain at the merged vertex.
+        let keeps_ends = match on_boundary {
+            [true, true] => false,
+            [false, false] => self.valence(a) + self.valence(b) >= 7,
+            _ => true,
+        };
+        common == 2 && c != d && self.can_lose_face(c) && self.can_lose_face(d) && keeps_ends
     }
 
-    /// Merges b into a along the half edge a → b. Two faces less. [`Connectivity::can_collapse`] must hold.
+    /// Merges b into a along the half edge a → b. Two faces less, one on the boundary. [`Connectivity::can_collapse`]
+    /// must hold.
     pub fn collapse(&mut self, h: u32) {
-        let g = self.twin(h);
-        let ([a, b, c], d) = (self.corners(h), self.apex(g));
-        let [bc, ca, ad, db] = [next(h), prev(h), next(g), prev(g)].map(|e| self.twin(e));
+        let (g, [a, b, c]) = (self.twin(h), self.corners(h));
         let of_b: Vec<u32> = self.ring(b).collect();
         for e in of_b {
             self.origin[e as usize] = a;
         }
-        self.link(bc, ca);
-        self.link(ad, db);
-        self.outgoing[a as usize] = ca; // was a → c
-        self.outgoing[c as usize] = bc; // was c → b
-        self.outgoing[d as usize] = ad; // was d → a
         self.outgoing[b as usize] = NONE;
-        for e in [h, g] {
-            for dead in [e, next(e), prev(e)] {
-                self.origin[dead as usize] = NONE;
-            }
+        // c → b, a → c; and if there is a right face, d → a, b → d.
+        let [bc, ca] = [next(h), prev(h)].map(|e| self.twin[e as usize]);
+        self.close_face(h, [bc, ca]);
+        let mut touched = vec![a, c];
+        if let Some(g) = g {
+            let [ad, db] = [next(g), prev(g)].map(|e| self.twin[e as usize]);
+            touched.push(self.apex(g));
+            self.close_face(g, [ad, db]);
         }
-        self.face_count -= 2;
+        self.outgoing[a as usize] = if ca != NONE { ca } else { next(bc) };
+        self.start_rings(&touched);
+    }
+
+    /// Removes a face whose first edge has shrunk to a point, and joins what was beyond its two others: the half edges to
+    /// and from that point.
+    fn close_face(&mut self, h: u32, [to, from]: [u32; 2]) {
+        let apex = self.apex(h);
+        self.link(to, from);
+        self.outgoing[apex as usize] = if to != NONE { to } else { next(from) };
+        for dead in [h, next(h), prev(h)] {
+            self.origin[dead as usize] = NONE;
+        }
+        self.face_count -= 1;
     }
 
     /// Closes the holes in the numbering; returns the old number of every new vertex.
@@ -238,9 +355,10 @@ impl Connectivity {
         let live = |h: &usize| self.origin[*h] != NONE;
         let origin =
             (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
-        let twin = (0..self.origin.len()).filter(live).map(|h| renumber(self.twin[h])).collect();
+        let twin =
+            (0..self.origin.len()).filter(live).map(|h| self.twin(h as u32).map_or(NONE, renumber)).collect();
         let outgoing = kept.iter().map(|v| renumber(self.outgoing[*v as usize])).collect();
-        *self = Self { origin, twin, outgoing, face_count: self.face_count };
+        *self = Self { origin, twin, outgoing, face_count: self.face_count, is_open: self.is_open };
         kept
     }
 }
@@ -257,11 +375,9 @@ mod tests {
     fn check(mesh: &mut Connectivity) {
         for h in 0..mesh.half_edge_bound() {
             if mesh.is_half_edge(h) {
-                assert_eq!(mesh.twin(mesh.twin(h)), h);
-                assert_eq!(
-                    (mesh.origin(h), mesh.dest(h)),
-                    (mesh.dest(mesh.twin(h)), mesh.origin(mesh.twin(h)))
-                );
+                let g = mesh.twin(h).unwrap();
+                assert_eq!(mesh.twin(g), Some(h));
+                assert_eq!((mesh.origin(h), mesh.dest(h)), (mesh.dest(g), mesh.origin(g)));
             }
         }
         for v in mesh.vertices() {
@@ -282,9 +398,9 @@ mod tests {
         assert_eq!((mesh.face_count(), mesh.valence(m)), (10, 4));
         check(&mut mesh);
         let edge = mesh.edges().find(|h| mesh.can_flip(*h)).unwrap();
-        let ends = (mesh.apex(edge), mesh.apex(mesh.twin(edge)));
+        let [c, d] = mesh.apexes(edge).unwrap();
         mesh.flip(edge);
-        assert!(mesh.are_neighbours(ends.0, ends.1));
+        assert!(mesh.are_neighbours(c, d));
         check(&mut mesh);
         let edge = mesh.edges().find(|h| mesh.can_collapse(*h)).unwrap();
         mesh.collapse(edge);
@@ -298,8 +414,90 @@ mod tests {
         assert!(mesh.edges().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
     }
 
+    /// A hexagon of six triangles around vertex 6.
+    fn hexagon() -> Connectivity {
+        let faces: Vec<[u32; 3]> = (0..6).map(|i| [i, (i + 1) % 6, 6]).collect();
+        Connectivity::from_faces(7, &faces).unwrap()
+    }
+
+    fn edge_between(mesh: &Connectivity, a: u32, b: u32) -> u32 {
+        mesh.edges().find(|h| [[a, b], [b, a]].contains(&[mesh.origin(*h), mesh.dest(*h)])).unwrap()
+    }
+
+    /// Twins, rings, and a disk.
+    fn check_disk(mesh: &Connectivity) {
+        let mut copy = mesh.clone();
+        for h in (0..mesh.half_edge_bound()).filter(|h| mesh.is_half_edge(*h)) {
+            assert!(mesh.twin(h).is_none_or(|g| mesh.twin(g) == Some(h)));
+        }
+        for v in mesh.vertices() {
+            assert!(mesh.ring(v).all(|h| mesh.origin(h) == v));
+            assert_eq!(mesh.ring(v).count(), mesh.faces().filter(|f| f.contains(&v)).count());
+        }
+        let vertices = copy.compact().len();
+        let faces: Vec<[u32; 3]> = copy.faces().collect();
+        assert_eq!(faces.len(), mesh.face_count());
+        let half_edges = HalfEdgeMesh::from_faces(vertices, &faces).unwrap();
+        assert_eq!((half_edges.euler_number(), half_edges.boundary_loop_count()), (1, 1));
+        for v in copy.vertices() {
+            let same = half_edges.is_boundary_vertex(crate::mesh::VertexId(v));
+            assert_eq!(
+                (copy.is_boundary_vertex(v), copy.valence(v)),
+                (same, half_edges.valence(crate::mesh::VertexId(v)))
+            );
+        }
+    }
+
     #[test]
-    fn an_open_mesh_is_refused() {
-        assert!(Connectivity::from_faces(3, &[[0, 1, 2]]).is_none());
+    fn rings_run_from_boundary_to_boundary() {
+        let mesh = hexagon();
+        assert_eq!(mesh.neighbours(0).collect::<Vec<_>>(), [1, 6, 5]);
+        assert_eq!(mesh.boundary_neighbours(0), Some([5, 1]));
+        assert_eq!((mesh.valence(0), mesh.valence(6), mesh.boundary_neighbours(6)), (3, 6, None));
+        check_disk(&mesh);
+    }
+
+    #[test]
+    fn a_split_on_the_boundary_adds_a_face_and_a_collapse_removes_one() {
+        let mut mesh = hexagon();
+        let m = mesh.split(edge_between(&mesh, 2, 3));
+        assert_eq!((mesh.face_count(), mesh.valence(m)), (7, 3));
+        check_disk(&mesh);
+        let edge = edge_between(&mesh, 4, 5);
+        assert!(mesh.can_collapse(edge) && !mesh.can_flip(edge));
+        mesh.collapse(edge);
+        assert_eq!(mesh.face_count(), 6);
+        check_disk(&mesh);
+    }
+
+    #[test]
+    fn edges_inside_split_flip_and_collapse_beside_the_boundary() {
+        let mut mesh = hexagon();
+        mesh.split(edge_between(&mesh, 6, 1));
+        check_disk(&mesh);
+        let edge = edge_between(&mesh, 6, 3);
+        assert!(mesh.can_flip(edge));
+        mesh.flip(edge);
+        assert!(mesh.are_neighbours(2, 4));
+        check_disk(&mesh);
+        let across = edge_between(&mesh, 2, 4);
+        assert!(!mesh.can_collapse(across), "an edge from boundary to boundary would pinch the disk");
+        let edge = edge_between(&mesh, 6, 5);
+        assert!(mesh.can_collapse(edge));
+        mesh.collapse(edge);
+        check_disk(&mesh);
+    }
+
+    #[test]
+    fn a_single_triangle_can_only_be_split() {
+        let mut mesh = Connectivity::from_faces(3, &[[0, 1, 2]]).unwrap();
+        assert!(mesh.edges().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
+        mesh.split(0);
+        check_disk(&mesh);
+    }
+
+    #[test]
+    fn two_boundaries_through_a_vertex_are_refused() {
+        assert!(Connectivity::from_faces(5, &[[0, 1, 2], [0, 3, 4]]).is_none());
     }
 }

@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::border::{Merge, collapse_bridges, larger};
+use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
 use super::triangle_mesh::TriangleMesh;
@@ -45,6 +47,17 @@ impl Quadric {
         let x = Vec3::new(qr.dot(&self.b), r.cross(&p).dot(&self.b), p.cross(&q).dot(&self.b)) / p.dot(&qr);
         x.iter().all(|c| c.is_finite()).then_some(x)
     }
+
+    /// The minimum with one coordinate given.
+    fn minimum_within(&self, axis: usize, value: f64) -> Option<Point3> {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (a, b) = (&self.a, self.b - self.a.column(axis) * value);
+        let determinant = a[(i, i)] * a[(j, j)] - a[(i, j)] * a[(j, i)];
+        let mut x = Point3::repeat(value);
+        x[i] = (b[i] * a[(j, j)] - b[j] * a[(i, j)]) / determinant;
+        x[j] = (b[j] * a[(i, i)] - b[i] * a[(j, i)]) / determinant;
+        x.iter().all(|c| c.is_finite()).then_some(x)
+    }
 }
 
 /// Weight of the distance to the centroid of a face beside that to its plane. It makes the minimum unique on flat parts
@@ -60,6 +73,8 @@ type Candidate = Reverse<(u64, u32, u32, u32)>;
 
 struct Decimation {
     mesh: Connectivity,
+    /// The sides of a box that the vertices lie in; none of a closed mesh.
+    sides: Vec<BoxSides>,
     positions: Vec<Point3>,
     normals: Vec<Vec3>,
     quadrics: Vec<Quadric>,
@@ -68,10 +83,11 @@ struct Decimation {
     heap: BinaryHeap<Candidate>,
 }
 
-/// Collapses edges in the order of their quadric error until `faces` (even) faces are left.
+/// Collapses edges in the order of their quadric error until at most `faces` faces are left.
 ///
 /// `normals` are the field's unit normals at the vertices; no face may turn away from those of its corners. The topology
-/// stays as it is; if it does not allow so few faces, the error names the count where collapsing stopped.
+/// stays as it is; if it does not allow so few faces, the error names the count where collapsing stopped. Vertices stay
+/// in the sides of the box that cuts the mesh. A closed mesh gets `faces` faces exactly, an open one perhaps one less.
 pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<TriangleMesh, BaseError> {
     let Some(connectivity) = Connectivity::from_faces(mesh.positions.len(), &mesh.faces) else {
         return Ok(mesh.clone());
@@ -85,6 +101,7 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
         normals: normals.to_vec(),
         heap: BinaryHeap::new(),
         mesh: connectivity,
+        sides: mesh.clip.as_ref().map_or_else(|| vec![BoxSides::NONE; positions.len()], |c| c.sides.clone()),
         positions,
     };
     for limit in TURN_LIMITS {
@@ -94,8 +111,13 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
         return Err(BaseError::TooFewFaces { asked: faces, least: work.mesh.face_count() });
     }
     let kept = work.mesh.compact();
-    let positions = kept.iter().map(|v| work.positions[*v as usize] + center).collect();
-    Ok(TriangleMesh { positions, faces: work.mesh.faces().collect(), clip: None })
+    let mut positions: Vec<Point3> = kept.iter().map(|v| work.positions[*v as usize] + center).collect();
+    let clip = mesh.clip.as_ref().map(|clip| {
+        let sides: Vec<BoxSides> = kept.iter().map(|v| work.sides[*v as usize]).collect();
+        positions.iter_mut().zip(&sides).for_each(|(p, s)| *p = s.snap(*p, &clip.bounds));
+        Clip { bounds: clip.bounds, sides }
+    });
+    Ok(TriangleMesh { positions, faces: work.mesh.faces().collect(), clip })
 }
 
 fn quadrics(positions: &[Point3], faces: &[[u32; 3]]) -> Vec<Quadric> {
@@ -131,29 +153,46 @@ impl Decimation {
             && self.version[a as usize] + self.version[b as usize] == version
     }
 
-    fn joint(&self, a: u32, b: u32) -> (Quadric, Point3) {
-        let mut q = self.quadrics[a as usize];
-        q.add(&self.quadrics[b as usize]);
-        let middle = 0.5 * (self.positions[a as usize] + self.positions[b as usize]);
-        (q, q.minimum().unwrap_or(middle))
+    /// Error and place of the merged vertex; none if it would leave a side of the box.
+    fn joint(&self, a: u32, b: u32, is_boundary: bool) -> Option<(Quadric, Point3)> {
+        let (a, b) = (a as usize, b as usize);
+        let mut q = self.quadrics[a];
+        q.add(&self.quadrics[b]);
+        let x = match Merge::of(self.sides[a], self.sides[b], is_boundary)? {
+            Merge::Between => {
+                let middle = 0.5 * (self.positions[a] + self.positions[b]);
+                let axis = self.sides[a].iter().next().map(|s| s.axis);
+                axis.map_or_else(|| q.minimum(), |axis| q.minimum_within(axis, middle[axis]))
+                    .unwrap_or(middle)
+            }
+            Merge::AtFirst => self.positions[a],
+            Merge::AtSecond => self.positions[b],
+        };
+        Some((q, x))
     }
 
     fn push(&mut self, h: u32) {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
         let (a, b) = (a.min(b), a.max(b));
-        let (q, x) = self.joint(a, b);
+        let Some((q, x)) = self.joint(a, b, self.mesh.is_boundary(h)) else { return };
         let cost = q.at(&x).max(0.0).to_bits();
         self.heap.push(Reverse((cost, a, b, self.version[a as usize] + self.version[b as usize])));
     }
 
     fn try_collapse(&mut self, a: u32, b: u32, turn_limit: f64) {
-        let Some(h) = self.mesh.ring(a).find(|h| self.mesh.dest(*h) == b) else { return };
-        let (q, x) = self.joint(a, b);
+        let between = |a, b| self.mesh.ring(a).find(|h| self.mesh.dest(*h) == b);
+        let Some(h) = between(a, b).or_else(|| between(b, a)) else { return };
+        let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
+        let Some((q, x)) = self.joint(a, b, self.mesh.is_boundary(h)) else { return };
         let n = (self.normals[a as usize] + self.normals[b as usize]).normalize();
-        if !self.mesh.can_collapse(h) || !self.keeps_sides(h, &x, &n, turn_limit) {
+        if !self.mesh.can_collapse(h)
+            || !self.looks_outward(h, &x, &n, turn_limit)
+            || collapse_bridges(&self.mesh, &self.sides, h)
+        {
             return;
         }
         self.mesh.collapse(h);
+        self.sides[a as usize] = larger([a, b].map(|v| self.sides[v as usize]));
         self.positions[a as usize] = x;
         self.normals[a as usize] = n;
         self.quadrics[a as usize] = q;
@@ -163,7 +202,7 @@ impl Decimation {
     }
 
     /// Do all faces that survive the collapse to `x` look to the side of their corners' normals?
-    fn keeps_sides(&self, h: u32, x: &Point3, n: &Vec3, limit: f64) -> bool {
+    fn looks_outward(&self, h: u32, x: &Point3, n: &Vec3, limit: f64) -> bool {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
         let looks_out = |e: u32| {
             let [_, v, w] = self.mesh.corners(e);

@@ -64,6 +64,32 @@ pub enum BaseError {
         /// Roughly where.
         at: Point3,
     },
+    /// The field vanishes on all of a side of the box.
+    #[error("the surface contains the side of {side} of the box: move that side a little")]
+    SurfaceInSide {
+        /// The side.
+        side: BoxSide,
+    },
+    /// Cells as small as can be, in which f and ∇f may vanish together.
+    #[error(
+        "the topology is not settled in {count} cells as small as {size:.3e}, such as near {}: a singular point, or parts \
+         of the surface closer together than that",
+        list(.at)
+    )]
+    UnresolvedCells {
+        /// How many.
+        count: usize,
+        /// Centres of some of them.
+        at: Vec<Point3>,
+        /// Their longest edge.
+        size: f64,
+    },
+    /// A part of the surface meets the box only at one of its corners.
+    #[error("the surface touches the corner {} of the box: move a side of the box a little", show(.at))]
+    TouchesCorner {
+        /// The corner.
+        at: Point3,
+    },
     /// No box could be found that holds the whole surface.
     #[error("the surface is unbounded, or could not be shown to be bounded: give a box")]
     Unbounded,
@@ -79,15 +105,15 @@ pub enum BaseError {
         /// Where the vertex was.
         at: Point3,
     },
-    /// The topology still changed at the finest grid.
+    /// The topology is not certain, and still changed with the last refinement.
     #[error(
-        "the surface has details too fine for the grid: Euler number {} with {cells} cells along the longest side, {} with half of them",
-        .euler[1], .euler[0]
+        "the surface has details too fine to be settled: Euler number {} or number of parts, and with finer cells ({cells}) {}",
+        .euler[0], .euler[1]
     )]
     Unresolved {
-        /// Cells along the longest side of the finest grid.
+        /// Number of cells of the finer mesh.
         cells: usize,
-        /// Euler numbers of the last two grids.
+        /// Euler numbers of the last two meshes.
         euler: [i64; 2],
     },
     /// Fewer faces were asked for than the topology (or a valid surface) takes.
@@ -136,6 +162,10 @@ pub enum BaseError {
 /// Coordinates for a message.
 fn show(p: &Point3) -> String {
     format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
+}
+
+fn list(points: &[Point3]) -> String {
+    points.iter().map(show).collect::<Vec<_>>().join(", ")
 }
 
 fn place(at: &Option<Point3>) -> String {

@@ -4,34 +4,46 @@
 //!
 //! ```text
 //! find_box ──► seed_mesh ──► decimate ──► remesh ──► finish ──► BaseMesh
-//!  interval     marching      quadric      splits,    projection,
-//!  bounds       cubes, ever   errors       collapses, normals,
-//!               finer                      flips,     curvatures
-//!                                          smoothing
+//!  interval     octree with   quadric      splits,    projection,
+//!  bounds       certificates, errors       collapses, normals,
+//!               marching                   flips,     curvatures
+//!               tetrahedra                 smoothing
 //! ```
 //!
 //! [`validity`] says whether a mesh, wherever it comes from, is fit for a spline surface.
 
 mod base_mesh;
+mod border;
 mod bounds;
 mod build;
+mod certificate;
 mod clip;
 mod connectivity;
-mod cube_cases;
+mod corners;
+mod cover;
 mod decimate;
 mod error;
 mod given;
+mod marching;
+mod octree;
 mod polygonize;
 mod project;
 mod refine;
 mod remesh;
+mod seed;
 mod shape;
 mod singular;
 mod sizing;
 mod target;
+mod tetrahedra;
 mod triangle_mesh;
 mod validity;
 
+#[cfg(test)]
+mod open_fixtures;
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod open_tests;
 #[cfg(test)]
 mod test_fields;
 #[cfg(test)]
@@ -40,17 +52,16 @@ mod tests;
 
 pub use base_mesh::{BaseMesh, EdgeFeature};
 pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
-pub use build::{
-    BaseOptions, BaseOutcome, Repair, Seed, SeedOptions, base_from_seed, build, finish, seed_mesh,
-};
+pub use build::{BaseOptions, BaseOutcome, Repair, base_from_seed, build, finish};
 pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
 pub use error::BaseError;
 pub use given::from_mesh;
-pub use polygonize::{END_GAP, Grid, Samples, check_samples, polygonize, sample};
+pub use polygonize::{Polygonization, PolygonizeOptions, polygonize};
 pub use project::{ProjectOptions, Projection, project_points};
 pub use refine::{edge_lengths, refine};
 pub use remesh::{RemeshOptions, remesh};
+pub use seed::{Seed, SeedOptions, seed_mesh};
 pub use shape::largest_curvature;
 pub use singular::find_singular;
 pub use sizing::SizingOptions;

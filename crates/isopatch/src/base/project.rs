@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::clip::BoxSides;
 use crate::field::Field;
 use crate::geom::{Point3, Points, PointsMut, Vec3};
 
@@ -48,12 +49,26 @@ pub fn project_points(
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
+    project_within(field, points, &[], diagonal, options)
+}
+
+/// [`project_points`] with the points kept in the sides of a box that are listed for them (for none of them, if the list
+/// is empty): along the part of the gradient within the side or along the edge. Their coordinates do not change there.
+fn project_within(
+    field: &dyn Field,
+    points: &mut Points,
+    sides: &[BoxSides],
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Projection {
+    let sides_of = |chunk: usize| sides.get(chunk * CHUNK..).unwrap_or_default();
     let PointsMut { x, y, z } = points.view_mut();
     let chunks: Vec<Projection> = x
         .par_chunks_mut(CHUNK)
         .zip(y.par_chunks_mut(CHUNK))
         .zip(z.par_chunks_mut(CHUNK))
-        .map(|((x, y), z)| project_chunk(field, PointsMut { x, y, z }, diagonal, options))
+        .enumerate()
+        .map(|(i, ((x, y), z))| project_chunk(field, PointsMut { x, y, z }, sides_of(i), diagonal, options))
         .collect();
     let mut all = Projection::default();
     for (i, chunk) in chunks.into_iter().enumerate() {
@@ -80,11 +95,14 @@ struct Walker {
 fn project_chunk(
     field: &dyn Field,
     mut out: PointsMut<'_>,
+    sides: &[BoxSides],
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
     let n = out.x.len();
     let mut walkers: Vec<Walker> = (0..n)
+        // A corner of the box cannot move.
+        .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
         .map(|i| {
             let best = Point3::new(out.x[i], out.y[i], out.z[i]);
             Walker { point: i, best, residual: f64::INFINITY, newton: f64::INFINITY, step: Vec3::zeros() }
@@ -107,7 +125,8 @@ fn project_chunk(
         let mut kept = 0;
         for i in 0..active {
             let mut w = walkers[i];
-            match advance(field, &mut w, trial.get(i), f[i], gradient.get(i), diagonal, options) {
+            let gradient = sides.get(w.point).map_or(gradient.get(i), |s| s.within(gradient.get(i)));
+            match advance(field, &mut w, trial.get(i), f[i], gradient, diagonal, options) {
                 Progress::Arrived => put(&mut out, w.point, w.best),
                 Progress::Stuck => {
                     put(&mut out, w.point, w.best);
@@ -178,14 +197,17 @@ fn advance(
 }
 
 /// Positions as one array per coordinate, projected, and back; see [`project_points`].
+///
+/// With sides of a box listed for the positions, they move within them only.
 pub(super) fn project_positions(
     field: &dyn Field,
     positions: &mut [Point3],
+    sides: &[BoxSides],
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
     let mut points: Points = positions.iter().copied().collect();
-    let report = project_points(field, &mut points, diagonal, options);
+    let report = project_within(field, &mut points, sides, diagonal, options);
     for (i, p) in positions.iter_mut().enumerate() {
         *p = points.get(i);
     }

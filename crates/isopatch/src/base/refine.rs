@@ -25,7 +25,7 @@ pub fn edge_lengths(base: &BaseMesh) -> Vec<f64> {
         .collect()
 }
 
-/// Remeshes a closed base mesh to `faces` (even) faces whose edge lengths are in proportion to `lengths`, one a vertex,
+/// Remeshes a base mesh to `faces` faces (an even number if it is closed) whose edge lengths are in proportion to `lengths`, one a vertex,
 /// where the limits of [`super::SizingOptions`] allow.
 pub fn refine(
     field: &dyn Field,
@@ -35,7 +35,7 @@ pub fn refine(
     options: &BaseOptions,
 ) -> Result<BaseOutcome, BaseError> {
     let triangles = base.mesh.faces().map(|f| base.mesh.triangle(f).map(|v| v.0)).collect();
-    let mesh = TriangleMesh { positions: base.positions.clone(), faces: triangles, clip: None };
+    let mesh = TriangleMesh { positions: base.positions.clone(), faces: triangles, clip: base.clip.clone() };
     let rounds = RemeshOptions { rounds: ROUNDS, ..options.remesh };
     let fine = remesh_to(field, &mesh, Some(lengths), faces, base.diagonal(), &rounds)?;
     let base = finish(field, fine, &options.remesh.projection)?;

@@ -3,6 +3,8 @@
 
 use rayon::prelude::*;
 
+use super::border::{Merge, collapse_bridges, flip_bridges, larger};
+use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
 use super::project::{ProjectOptions, project_positions};
@@ -88,9 +90,12 @@ pub(super) struct Remesher<'a> {
     pub relative: Vec<f64>,
     /// Are these given, and not to be estimated from the surface?
     pub given_lengths: bool,
+    /// The box that cuts the surface, with the sides that the vertices lie in.
+    pub clip: Option<Clip>,
 }
 
-/// Remeshes a closed mesh near the surface to exactly `faces` (even) faces with all vertices on the surface.
+/// Remeshes a mesh near the surface to exactly `faces` faces (an even number if it is closed) with all vertices on the
+/// surface, and those of the border in the sides of the box that they were in.
 ///
 /// The topology stays as it is. Fails if it does not allow so few faces.
 pub fn remesh(
@@ -128,8 +133,10 @@ pub(super) fn remesh_to(
         metric: Vec::new(),
         relative: lengths.map_or_else(|| vec![1.0; mesh.positions.len()], <[f64]>::to_vec),
         given_lengths: lengths.is_some(),
+        clip: mesh.clip.clone(),
     };
     work.put_on_surface(&mesh.positions.clone());
+    work.remove_bridges();
     // Predicted and real counts differ by some percent, in a way that hardly changes from round to round.
     let mut bias = 1.0;
     for _ in 0..options.rounds {
@@ -150,13 +157,15 @@ pub(super) fn remesh_to(
     }
     work.flip_for_angle();
     work.compact();
-    Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x, clip: None })
+    Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x, clip: work.clip })
 }
 
 impl Remesher<'_> {
     /// Projects all vertices; one that does not arrive, or is farther than its edges are long, goes back to `fallback`.
     pub fn put_on_surface(&mut self, fallback: &[Point3]) {
-        let report = project_positions(self.field, &mut self.x, self.diagonal, &self.options.projection);
+        let sides = self.clip.as_ref().map_or(&[][..], |c| &c.sides);
+        let report =
+            project_positions(self.field, &mut self.x, sides, self.diagonal, &self.options.projection);
         for i in report.failures {
             self.x[i] = fallback[i];
         }
@@ -164,6 +173,13 @@ impl Remesher<'_> {
             // Another sheet of the surface, not the one that the vertex belongs to.
             if (self.x[i] - fallback[i]).norm() > FARTHEST_MOVE * size {
                 self.x[i] = fallback[i];
+            }
+        }
+        if let Some(clip) = &self.clip {
+            for ((x, sides), fallback) in self.x.iter_mut().zip(&clip.sides).zip(fallback) {
+                if !clip.holds(x) {
+                    *x = sides.snap(*fallback, &clip.bounds);
+                }
             }
         }
         self.update_normals();
@@ -223,6 +239,14 @@ impl Remesher<'_> {
         self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
         self.metric = kept.iter().map(|i| self.metric[pick(i)]).collect();
         self.relative = kept.iter().map(|i| self.relative[pick(i)]).collect();
+        if let Some(clip) = &mut self.clip {
+            clip.sides = kept.iter().map(|i| clip.sides[pick(i)]).collect();
+        }
+    }
+
+    /// The sides of the box that a vertex lies in.
+    fn sides(&self, v: u32) -> BoxSides {
+        self.clip.as_ref().map_or(BoxSides::NONE, |c| c.sides[v as usize])
     }
 
     fn point(&self, v: u32) -> Point3 {
@@ -258,6 +282,10 @@ impl Remesher<'_> {
     /// A new vertex in the middle of the edge.
     fn split(&mut self, h: u32) {
         let (a, b) = (self.mesh.origin(h) as usize, self.mesh.dest(h) as usize);
+        let sides = self.sides(a as u32).common(self.sides(b as u32));
+        if let Some(clip) = &mut self.clip {
+            clip.sides.push(if self.mesh.is_boundary(h) { sides } else { BoxSides::NONE });
+        }
         self.mesh.split(h);
         self.x.push(0.5 * (self.x[a] + self.x[b]));
         self.normal.push(unit_or_zero(&(self.normal[a] + self.normal[b])));
@@ -268,6 +296,33 @@ impl Remesher<'_> {
         self.relative.push(0.5 * (self.relative[a] + self.relative[b]));
     }
 
+    /// Edges inside that join two vertices of one side of the box are flipped, or else split, with the new vertex moved
+    /// inside.
+    fn remove_bridges(&mut self) {
+        if self.clip.is_none() {
+            return;
+        }
+        let edges: Vec<u32> = self.mesh.edges().collect();
+        for h in edges {
+            let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
+            let Some([c, d]) = self.mesh.apexes(h) else { continue };
+            if self.sides(a).common(self.sides(b)).is_empty() {
+                continue;
+            }
+            if self.can_flip(h) {
+                self.mesh.flip(h);
+                continue;
+            }
+            self.split(h);
+            let middle = 0.25 * [a, b, c, d].iter().map(|v| self.point(*v)).sum::<Point3>();
+            if let Some(last) = self.x.last_mut() {
+                *last = middle;
+            }
+        }
+        let before = self.x.clone();
+        self.put_on_surface(&before);
+    }
+
     fn collapse_short(&mut self) {
         for (_, h) in self.edges_by_length(|l| l < SHORT) {
             if self.mesh.is_half_edge(h) && self.relative_length(h) < SHORT {
@@ -276,24 +331,39 @@ impl Remesher<'_> {
         }
     }
 
-    /// Merges the ends in their middle if no edge gets relatively longer than `longest` and no face turns or thins out.
+    /// Merges the ends in their middle, or at the one that lies in more sides of the box, if no edge gets relatively longer than `longest` and no face turns or thins out.
     fn try_collapse(&mut self, h: u32, longest: f64) -> bool {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
         let (i, j) = (a as usize, b as usize);
-        let middle = 0.5 * (self.x[i] + self.x[j]);
-        let n = unit_or_zero(&(self.normal[i] + self.normal[j]));
+        let (middle, n) = match Merge::of(self.sides(a), self.sides(b), self.mesh.is_boundary(h)) {
+            Some(Merge::Between) => {
+                (0.5 * (self.x[i] + self.x[j]), unit_or_zero(&(self.normal[i] + self.normal[j])))
+            }
+            Some(Merge::AtFirst) => (self.x[i], self.normal[i]),
+            Some(Merge::AtSecond) => (self.x[j], self.normal[j]),
+            None => return false,
+        };
         let size = self.size[i].min(self.size[j]);
         let metric = 0.5 * (self.metric[i] + self.metric[j]);
         let fits = |e: u32| {
             let [_, v, w] = self.mesh.corners(e);
-            let d = self.point(v) - middle;
-            if d.dot(&(metric * d)).sqrt() > longest * size && v != a && v != b {
+            let too_far = |u: u32| {
+                let d = self.point(u) - middle;
+                d.dot(&(metric * d)).sqrt() > longest * size && u != a && u != b
+            };
+            if too_far(v) || too_far(w) {
                 return false;
             }
             v == a || v == b || w == a || w == b || self.is_good_face(middle, &n, v, w)
         };
         if !self.mesh.can_collapse(h) || !self.mesh.ring(a).all(fits) || !self.mesh.ring(b).all(fits) {
             return false;
+        }
+        if let Some(clip) = &mut self.clip {
+            if collapse_bridges(&self.mesh, &clip.sides, h) {
+                return false;
+            }
+            clip.sides[i] = larger([clip.sides[i], clip.sides[j]]);
         }
         self.mesh.collapse(h);
         self.x[i] = middle;
@@ -318,12 +388,13 @@ impl Remesher<'_> {
 
     /// Collapses the relatively shortest or splits the relatively longest edges until the face count is right.
     pub fn reach_count(&mut self, faces: usize) -> Result<(), BaseError> {
-        // Gentle first; then edges may grow, if that is the only way.
-        for longest in [LONG, 2.0, f64::INFINITY] {
+        // Gentle first; then edges may grow, if that is the only way; then one face too few is better than one too many.
+        for (longest, overshoot) in [(LONG, 0), (2.0, 0), (f64::INFINITY, 0), (f64::INFINITY, 1)] {
             while self.mesh.face_count() > faces {
                 let before = self.mesh.face_count();
                 for (_, h) in self.edges_by_length(|_| true) {
-                    if self.mesh.face_count() > faces && self.mesh.is_half_edge(h) {
+                    let surplus = self.mesh.face_count().saturating_sub(faces) + overshoot;
+                    if surplus > overshoot && self.mesh.is_half_edge(h) && self.mesh.faces_at(h) <= surplus {
                         self.try_collapse(h, longest);
                     }
                 }
@@ -336,10 +407,14 @@ impl Remesher<'_> {
             return Err(BaseError::TooFewFaces { asked: faces, least: self.mesh.face_count() });
         }
         while self.mesh.face_count() < faces {
+            let before = self.mesh.face_count();
             for (_, h) in self.edges_by_length(|_| true).into_iter().rev() {
-                if self.mesh.face_count() < faces {
+                if self.mesh.faces_at(h) + self.mesh.face_count() <= faces {
                     self.split(h);
                 }
+            }
+            if self.mesh.face_count() == before {
+                break;
             }
         }
         self.compact();
@@ -356,10 +431,15 @@ impl Remesher<'_> {
         facing(self.corners(f), f.map(|v| &self.normal[v as usize]))
     }
 
-    /// Widest corner (as a cosine) and worst facing of the two faces at an edge, before and after a flip.
-    fn compare_flip(&self, h: u32) -> [(f64, f64); 2] {
-        let g = self.mesh.twin(h);
-        let ([a, b, c], d) = (self.mesh.corners(h), self.mesh.apex(g));
+    /// May the edge be flipped, as far as the connectivity and the sides of the box are concerned?
+    fn can_flip(&self, h: u32) -> bool {
+        self.mesh.can_flip(h) && !self.clip.as_ref().is_some_and(|c| flip_bridges(&self.mesh, &c.sides, h))
+    }
+
+    /// Widest corner (as a cosine) and worst facing of the two faces at an edge, whose right apex is d, before and after
+    /// a flip.
+    fn compare_flip(&self, h: u32, d: u32) -> [(f64, f64); 2] {
+        let [a, b, c] = self.mesh.corners(h);
         let judge = |faces: [[u32; 3]; 2]| {
             let widest = faces.map(|f| largest_angle_cosine(self.corners(f)));
             let facing = faces.map(|f| self.facing_of(f));
@@ -375,14 +455,15 @@ impl Remesher<'_> {
         let edges: Vec<u32> = self.mesh.edges().collect();
         for h in edges {
             let ends = [self.mesh.origin(h), self.mesh.dest(h)].map(|v| v as usize);
-            let apexes = [self.mesh.apex(h), self.mesh.apex(self.mesh.twin(h))].map(|v| v as usize);
-            // Change of Σ (valence − 6)²: −1 at the ends, +1 at the apexes.
-            let gain: i32 = ends.iter().map(|v| 2 * (valence[*v] - 6) - 1).sum::<i32>()
-                - apexes.iter().map(|v| 2 * (valence[*v] - 6) + 1).sum::<i32>();
-            if gain <= 0 || !self.mesh.can_flip(h) {
+            let Some(apexes) = self.mesh.apexes(h).map(|a| a.map(|v| v as usize)) else { continue };
+            // Change of Σ (faces − wanted)²: −1 at the ends, +1 at the apexes.
+            let surplus = |v: &usize| valence[*v] - self.wanted_faces(*v as u32);
+            let gain: i32 = ends.iter().map(|v| 2 * surplus(v) - 1).sum::<i32>()
+                - apexes.iter().map(|v| 2 * surplus(v) + 1).sum::<i32>();
+            if gain <= 0 || !self.can_flip(h) {
                 continue;
             }
-            let [before, after] = self.compare_flip(h);
+            let [before, after] = self.compare_flip(h, apexes[1] as u32);
             // Corners up to 143° may stay as wide as they are.
             const WIDEST: f64 = -0.8;
             let too_wide = after.0 < WIDEST.min(before.0);
@@ -395,6 +476,15 @@ impl Remesher<'_> {
         }
     }
 
+    /// Faces at a vertex whose corners there are 60° wide.
+    fn wanted_faces(&self, v: u32) -> i32 {
+        match self.sides(v).len() {
+            0 => 6,
+            1 => 3,
+            _ => 2,
+        }
+    }
+
     /// Flips that make the widest corner narrower, or faces that lean far lean less, until there is none.
     pub fn flip_for_angle(&mut self) {
         const PASSES: usize = 4;
@@ -402,7 +492,7 @@ impl Remesher<'_> {
             let mut flips = 0;
             let edges: Vec<u32> = self.mesh.edges().collect();
             for h in edges {
-                if self.is_better_flipped(h) && self.mesh.can_flip(h) {
+                if self.is_better_flipped(h) && self.can_flip(h) {
                     self.mesh.flip(h);
                     flips += 1;
                 }
@@ -418,7 +508,8 @@ impl Remesher<'_> {
         const GAIN: f64 = 0.02;
         // Cosine of 120°: what a flip against leaning may leave as the widest corner.
         const WIDEST: f64 = -0.5;
-        let [before, after] = self.compare_flip(h);
+        let Some([_, d]) = self.mesh.apexes(h) else { return false };
+        let [before, after] = self.compare_flip(h, d);
         let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
         let narrower = before.0 < WIDE && after.0 > before.0 + GAIN && !turns;
         let leaning = before.1 < self.options.sizing.lean.to_radians().cos();
@@ -456,8 +547,30 @@ impl Remesher<'_> {
             let tangential = pull - self.normal[i] * self.normal[i].dot(&pull);
             self.x[i] += self.options.damping * tangential;
         }
+        self.slide_along_border(&before);
         self.put_on_surface(&before);
         self.take_back_inversions(&before, &normal_before);
+    }
+
+    /// Vertices of the border move along it instead, toward the weighted centre of their two edges; those on an edge of
+    /// the box stay.
+    fn slide_along_border(&mut self, before: &[Point3]) {
+        let Some(clip) = &self.clip else { return };
+        for (i, sides) in clip.sides.iter().enumerate().filter(|(_, s)| !s.is_empty()) {
+            self.x[i] = before[i];
+            let Some(ends) = self.mesh.boundary_neighbours(i as u32).filter(|_| sides.len() == 1) else {
+                continue;
+            };
+            let mut sum = (Vec3::zeros(), 0.0);
+            for end in ends.map(|v| v as usize) {
+                let half = 0.5 * (before[end] - before[i]);
+                let weight = half.norm() / (self.size[end] + self.size[i]);
+                sum = (sum.0 + weight * half, sum.1 + weight);
+            }
+            let along = unit_or_zero(&sides.across().cross(&self.normal[i]));
+            let pull = sum.0 / sum.1.max(f64::MIN_POSITIVE);
+            self.x[i] += self.options.damping * along.dot(&pull) * along;
+        }
     }
 
     /// Moves the corners of faces that look inward back to where they were.

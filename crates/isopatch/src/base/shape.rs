@@ -21,14 +21,6 @@ pub(super) fn area_vector([a, b, c]: [Point3; 3]) -> Vec3 {
     (b - a).cross(&(c - a))
 }
 
-/// Angle at `p` from `p → q` to `p → r`, both projected into the plane normal to `n`; negative if clockwise. Radians.
-pub(super) fn tangent_corner(p: &Point3, q: &Point3, r: &Point3, n: &Vec3) -> f64 {
-    let (u, v) = (q - p, r - p);
-    let (un, vn) = (u.dot(n), v.dot(n));
-    // (u − (u·n)n)·(v − (v·n)n) and n·(u × v): the projection does not change the latter.
-    n.dot(&u.cross(&v)).atan2(u.dot(&v) - un * vn)
-}
-
 /// Cosine of the largest angle of a triangle; −1 if two corners agree.
 pub(super) fn largest_angle_cosine([a, b, c]: [Point3; 3]) -> f64 {
     let (ab, bc, ca) = ((b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared());

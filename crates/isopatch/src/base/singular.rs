@@ -36,12 +36,22 @@ pub fn find_singular(field: &dyn Field, points: &[Point3], reach: f64) -> Option
         .collect();
     starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     starts.truncate(STARTS);
-    starts.par_iter().find_map_first(|(_, i)| {
-        let p = critical_point(field, points[*i], reach)?;
-        let (f, gradient) = field.gradient(p);
-        let singular = gradient.norm() <= CRITICAL * typical && f.abs() <= ON_SURFACE * typical * diagonal;
-        singular.then_some(p)
-    })
+    starts.par_iter().find_map_first(|(_, i)| singular_near(field, points[*i], reach, typical, diagonal))
+}
+
+/// A singular point within a few times `reach` of `start`, if the search from there finds one. `typical` is the usual
+/// |∇f| on the surface, `diagonal` the size of the surface.
+pub(super) fn singular_near(
+    field: &dyn Field,
+    start: Point3,
+    reach: f64,
+    typical: f64,
+    diagonal: f64,
+) -> Option<Point3> {
+    let p = critical_point(field, start, reach)?;
+    let (f, gradient) = field.gradient(p);
+    let singular = gradient.norm() <= CRITICAL * typical && f.abs() <= ON_SURFACE * typical * diagonal;
+    singular.then_some(p)
 }
 
 /// Minimises |∇f|² from `start` by Levenberg–Marquardt steps; none if that leads farther away than a few times `reach`.
@@ -70,7 +80,8 @@ fn critical_point(field: &dyn Field, start: Point3, reach: f64) -> Option<Point3
     ((p - start).norm() <= FARTHEST * reach).then_some(p)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The middle one of the values; zero if there is none.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

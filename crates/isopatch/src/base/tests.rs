@@ -127,11 +127,15 @@ fn fields_without_a_closed_surface_are_named() {
     assert_eq!(failure(&field(NO_ZERO), &cube(2.0)), no_surface);
     assert_eq!(failure(&field(NAN), &cube(2.0)), BaseError::Undefined { share: 1.0, at: None });
     assert_eq!(failure(&field(CONSTANT), &cube(2.0)), BaseError::ConstantField { value: 0.0 });
-    match failure(&field(CYLINDER), &cube(2.0)) {
+    let closed = |field: &dyn Field, bounds: &Aabb| {
+        let options = SeedOptions { open: false, ..SeedOptions::default() };
+        seed_mesh(field, bounds, None, &options).unwrap_err()
+    };
+    match closed(&field(CYLINDER), &cube(2.0)) {
         BaseError::SurfaceLeavesBox { side, .. } => assert_eq!(side.axis, 2),
         other => panic!("{other}"),
     }
-    match failure(&unit_sphere(), &Aabb::new(Vec3::repeat(-2.0), Vec3::new(0.9, 2.0, 2.0))) {
+    match closed(&unit_sphere(), &Aabb::new(Vec3::repeat(-2.0), Vec3::new(0.9, 2.0, 2.0))) {
         BaseError::SurfaceLeavesBox { side, at } => {
             assert_eq!(side, BoxSide { axis: 0, upper: true });
             assert!((at.x - 0.9).abs() < 1e-9);

@@ -1,14 +1,14 @@
 //! What a base mesh must fulfil for a good spline surface over it.
 
 use super::base_mesh::BaseMesh;
-use super::shape::{area_vector, largest_angle_cosine, tangent_corner};
+use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, angle_between};
 use crate::mesh::{FaceId, HalfEdgeId};
 
 /// Limits of [`validity`], each with the default that measurements on the surfaces of Tong & Kim 2009 suggest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidityLimits {
-    /// Smallest corner angle in the tangent plane of the vertex, in degrees. Default 5.
+    /// Smallest angle between the directions of neighbouring curves at a vertex, in degrees. Default 5.
     pub smallest_corner: f64,
     /// Largest such angle, in degrees. Default 170; at 180 there is no smooth surface any more.
     pub largest_corner: f64,
@@ -16,7 +16,7 @@ pub struct ValidityLimits {
     pub facet_deviation: f64,
     /// Largest turn of the normal along an edge, |M (q − p)|: edge length times curvature in its direction. Default 1.5.
     pub curvature_length: f64,
-    /// Smallest number of edges at a vertex. Default 3.
+    /// Smallest number of edges at a vertex. Default 3; on the boundary, one less.
     pub valence: usize,
 }
 
@@ -72,9 +72,10 @@ fn corner_measures(base: &BaseMesh, h: HalfEdgeId) -> CornerMeasures {
     let v = mesh.origin(h);
     let [p, q, r] = [h, mesh.next(h), mesh.prev(h)].map(|e| base.positions[mesh.origin(e).index()]);
     let n = &base.normals[v.index()];
+    let [first, second] = [h, mesh.prev(h)].map(|h| base.direction(mesh.edge(h), v));
     CornerMeasures {
         at: p,
-        corner: tangent_corner(&p, &q, &r, n).to_degrees(),
+        corner: n.dot(&first.cross(&second)).atan2(first.dot(&second)).to_degrees(),
         deviation: angle_between(&area_vector([p, q, r]), n).to_degrees(),
         curvature_length: (base.curvatures[v.index()] * (q - p)).norm(),
         valence: mesh.valence(v),
@@ -95,7 +96,9 @@ pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
         check(limits.smallest_corner < m.corner && m.corner < limits.largest_corner, Limit::Corner, m.corner);
         check(m.deviation < limits.facet_deviation, Limit::FacetDeviation, m.deviation);
         check(m.curvature_length < limits.curvature_length, Limit::CurvatureLength, m.curvature_length);
-        check(m.valence >= limits.valence, Limit::Valence, m.valence as f64);
+        let valence =
+            limits.valence.saturating_sub(usize::from(base.mesh.is_boundary_vertex(base.mesh.origin(h))));
+        check(m.valence >= valence, Limit::Valence, m.valence as f64);
     }
     violations
 }

@@ -27,7 +27,8 @@ pub fn point<const N: usize>(q: &[Point3; N], t: f64) -> Point3 {
 
 /// Control points of the same curve in degree N − 1, from those in degree M − 1 ≤ N − 1.
 ///
-/// c_i = Σ_j C(m, j) C(n − m, i − j) / C(n, i) q_j. The ends are copied, so they stay equal bit for bit.
+/// c_i = Σ_j C(m, j) C(n − m, i − j) / C(n, i) q_j. The ends are copied, so they stay equal bit for bit; so is a
+/// coordinate that all points share, so a curve in a plane x, y or z = constant stays in it.
 pub fn elevate<const M: usize, const N: usize>(q: &[Point3; M]) -> [Point3; N] {
     let (m, n) = (M - 1, N - 1);
     let mut c = [Point3::zeros(); N];
@@ -35,6 +36,9 @@ pub fn elevate<const M: usize, const N: usize>(q: &[Point3; M]) -> [Point3; N] {
         for j in i.saturating_sub(n - m)..=i.min(m) {
             c[i] += binomial(m, j) * binomial(n - m, i - j) / binomial(n, i) * q[j];
         }
+    }
+    for axis in (0..3).filter(|axis| q.iter().all(|p| p[*axis] == q[0][*axis])) {
+        c.iter_mut().for_each(|p| p[axis] = q[0][axis]);
     }
     (c[0], c[n]) = (q[0], q[m]);
     c
@@ -73,6 +77,14 @@ mod tests {
                 assert!((b - exact).abs() < 1e-15);
             }
         }
+    }
+
+    #[test]
+    fn a_curve_in_a_plane_stays_in_it_bit_for_bit() {
+        let plane = 0.9 * std::f64::consts::PI;
+        let q = quartic().map(|p| Point3::new(p.x, plane, p.z));
+        let (left, right) = split_half(&q);
+        assert!(elevate::<5, 8>(&q).iter().chain(&left).chain(&right).all(|p| p.y == plane));
     }
 
     #[test]

@@ -20,26 +20,55 @@ pub const MAX_DEGREE: usize = 9;
 
 /// Point and derivatives of a Bézier triangle of degree `n` ≥ 1 at barycentric (u, v, 1 − u − v).
 ///
-/// De Casteljau's algorithm, stopped one step early: O(n³) operations, no allocation.
+/// De Casteljau's algorithm has three points left before its last step; here they are computed as sums with
+/// Bernstein polynomials of degree n − 1: O(n²) operations, no allocation.
 ///
 /// # Panics
 /// If the net has not [`index::count`]`(n)` points or n is 0 or larger than [`MAX_DEGREE`].
 pub fn evaluate(n: usize, net: &[Point3], [u, v]: [f64; 2]) -> Tangents {
     let w = 1.0 - u - v;
-    let mut b = [Point3::zeros(); index::count(MAX_DEGREE)];
-    b[..index::count(n)].copy_from_slice(net);
-    // b_ijk of one degree less is u b_{i+1,j,k} + v b_{i,j+1,k} + w b_{i,j,k+1}; in net order those three stand
-    // at p, p + row + 1 and p + row + 2, so the step can be done in place.
-    for degree in (1..n).rev() {
-        for row in 0..=degree {
-            for p in index::count(row) - row - 1..index::count(row) {
-                b[p] = u * b[p] + v * b[p + row + 1] + w * b[p + row + 2];
-            }
+    let [of_u, of_v, of_w] = [u, v, w].map(powers);
+    let mut b = [Point3::zeros(); 3];
+    let mut p = 0;
+    for row in 0..n {
+        for k in 0..=row {
+            let count = BINOMIALS[n - 1][row] * BINOMIALS[row][k];
+            let weight = count * of_u[n - 1 - row] * of_v[row - k] * of_w[k];
+            // Raised by one in u, v and w, an index stands at p, p + row + 1 and p + row + 2 of the larger net.
+            b[0] += weight * net[p];
+            b[1] += weight * net[p + row + 1];
+            b[2] += weight * net[p + row + 2];
+            p += 1;
         }
     }
     let n = n as f64;
     Tangents { point: u * b[0] + v * b[1] + w * b[2], du: n * (b[0] - b[2]), dv: n * (b[1] - b[2]) }
 }
+
+/// x⁰, x¹, … below [`MAX_DEGREE`].
+fn powers(x: f64) -> [f64; MAX_DEGREE] {
+    let mut powers = [1.0; MAX_DEGREE];
+    for i in 1..MAX_DEGREE {
+        powers[i] = x * powers[i - 1];
+    }
+    powers
+}
+
+/// Binomial coefficients (n over k) below [`MAX_DEGREE`].
+const BINOMIALS: [[f64; MAX_DEGREE]; MAX_DEGREE] = {
+    let mut rows = [[0.0; MAX_DEGREE]; MAX_DEGREE];
+    let mut n = 0;
+    while n < MAX_DEGREE {
+        rows[n][0] = 1.0;
+        let mut k = 1;
+        while k <= n {
+            rows[n][k] = rows[n - 1][k - 1] + rows[n - 1][k];
+            k += 1;
+        }
+        n += 1;
+    }
+    rows
+};
 
 /// All Bernstein polynomials of degree n at barycentric coordinates, in net order.
 pub fn basis(n: usize, uvw: [f64; 3]) -> Vec<f64> {

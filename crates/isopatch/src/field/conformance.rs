@@ -1,7 +1,7 @@
 //! What every [`Field`] must satisfy, checked on samples.
 
 use super::Field;
-use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jets, Point3, Points, Vec3};
 
 /// A fixed sequence of numbers in [0, 1), the same at every run: a linear congruential generator (Knuth, MMIX).
 pub(crate) struct Sequence(u64);
@@ -41,6 +41,10 @@ pub(crate) fn check_field(field: &dyn Field, cell: &Aabb) {
         check_ranges(field, &Aabb::around(&[a, b]), &mut sequence);
     }
     check_ranges(field, cell, &mut sequence);
+    let mut corners = || (0..600).map(|_| sequence.point(cell)).collect::<Vec<_>>();
+    let (starts, ends) = (corners(), corners());
+    let cells: Vec<Aabb> = starts.iter().zip(&ends).map(|(a, b)| Aabb::around([a, b])).collect();
+    check_batch_ranges(field, &cells);
     check_unbounded(field, &points);
 }
 
@@ -52,11 +56,30 @@ fn check_batches(field: &dyn Field, points: &Points) {
         let mut gradient = Points::zeros(length);
         field.values(view, &mut f);
         field.gradients(view, &mut g, gradient.view_mut());
+        let mut jets = Jets::zeros(length);
+        field.jets(view, &mut jets);
         for i in 0..length {
             let (value, at_point) = field.gradient(view.get(i));
             assert_eq!(f[i].to_bits(), field.value(view.get(i)).to_bits(), "value in a batch");
             assert_eq!(g[i].to_bits(), value.to_bits(), "value with gradient in a batch");
             assert_eq!(gradient.get(i).map(f64::to_bits), at_point.map(f64::to_bits), "gradient in a batch");
+            let (jet, at_point) = (jets.get(i), field.jet(view.get(i)));
+            assert_eq!(jet.value.to_bits(), at_point.value.to_bits(), "value of the jet in a batch");
+            assert_eq!(jet.gradient.map(f64::to_bits), at_point.gradient.map(f64::to_bits), "in a batch");
+            assert_eq!(jet.hessian.map(f64::to_bits), at_point.hessian.map(f64::to_bits), "in a batch");
+        }
+    }
+}
+
+/// Ranges in batches of several lengths are those of the cells, one by one.
+fn check_batch_ranges(field: &dyn Field, cells: &[Aabb]) {
+    for length in [0, 1, 17, cells.len()] {
+        let mut ranges = vec![Interval::point(f64::NAN); length];
+        field.ranges(&cells[..length], &mut ranges);
+        for (range, cell) in ranges.iter().zip(cells) {
+            let alone = field.range(cell);
+            let bits = |i: &Interval| [i.lo.to_bits(), i.hi.to_bits()];
+            assert_eq!(bits(range), bits(&alone), "{range:?} and {alone:?}");
         }
     }
 }
@@ -86,17 +109,35 @@ fn check_derivatives(field: &dyn Field, p: Point3) {
 fn check_ranges(field: &dyn Field, cell: &Aabb, sequence: &mut Sequence) {
     let range = field.range(cell);
     let (with_gradient, slopes) = field.gradient_range(cell);
+    let linear = field.linear_range(cell);
+    let (linear_with_gradient, linear_slopes) = field.linear_gradient_range(cell);
     let corners = (0..8).map(|k| Point3::from_fn(|axis, _| [cell.min, cell.max][k >> axis & 1][axis]));
     let inside: Vec<Point3> = (0..30).map(|_| sequence.point(cell)).collect();
     for p in corners.chain(inside) {
         let (value, gradient) = field.gradient(p);
         assert!(range.contains(value), "{value} outside {range:?} at {p:?} of {cell:?}");
         assert!(with_gradient.contains(value));
+        check_linear(&linear, cell, &p, value);
+        check_linear(&linear_with_gradient, cell, &p, value);
         for axis in 0..3 {
             let slope = gradient[axis];
             assert!(slopes[axis].contains(slope), "{slope} outside {:?} at {p:?} of {cell:?}", slopes[axis]);
+            check_linear(&linear_slopes[axis], cell, &p, slope);
         }
     }
+}
+
+fn check_linear(linear: &Affine, cell: &Aabb, p: &Point3, value: f64) {
+    assert!(linear.range().contains(value), "{value} outside {linear:?} at {p:?} of {cell:?}");
+    let share =
+        (p - cell.center()).component_div(&(0.5 * cell.size())).map(|u| if u.is_finite() { u } else { 0.0 });
+    let predicted = linear.center + (0..3).map(|i| linear.slope[i] * share[i]).sum::<f64>();
+    // The position in the cell was rounded.
+    let rounding = 1e-9 * linear.radius() + 4.0 * f64::EPSILON * linear.center.abs();
+    assert!(
+        (value - predicted).abs() <= linear.error + rounding,
+        "{value} against {linear:?} at {p:?} of {cell:?}"
+    );
 }
 
 /// All of space, and half of it, are cells like any other.

@@ -12,7 +12,7 @@ use super::parse::parse;
 use super::polynomial::Polynomial;
 use super::tape::{Tape, cell_inputs};
 use super::token::{Span, tokenize};
-use crate::geom::{Aabb, Interval, Jet, Mat3, Point3, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Mat3, Point3, Points, PointsMut, PointsView, Vec3};
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -189,6 +189,17 @@ impl Field for Formula {
         (f, [x, y, z])
     }
 
+    fn linear_range(&self, cell: &Aabb) -> Affine {
+        let [f] = self.value.evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
+        f
+    }
+
+    fn linear_gradient_range(&self, cell: &Aabb) -> (Affine, [Affine; 3]) {
+        let [f, x, y, z] =
+            self.gradient_tape().evaluate([0, 1, 2].map(|axis| Affine::coordinate(cell, axis)));
+        (f, [x, y, z])
+    }
+
     fn rounding_bound(&self, p: Point3) -> f64 {
         /// Covers the rounding of the bound itself: one part in 2⁵² a step, over far fewer than 2³² steps.
         const SAFETY: f64 = 1.0 + 1e-6;
@@ -197,10 +208,23 @@ impl Field for Formula {
     }
 
     fn values(&self, points: PointsView<'_>, f: &mut [f64]) {
-        self.value.evaluate_batch(points, [f]);
+        self.value.evaluate_batch([points.x, points.y, points.z], [f]);
     }
 
     fn gradients(&self, points: PointsView<'_>, f: &mut [f64], gradient: PointsMut<'_>) {
-        self.gradient_tape().evaluate_batch(points, [f, gradient.x, gradient.y, gradient.z]);
+        let inputs = [points.x, points.y, points.z];
+        self.gradient_tape().evaluate_batch(inputs, [f, gradient.x, gradient.y, gradient.z]);
+    }
+
+    fn jets(&self, points: PointsView<'_>, jets: &mut Jets) {
+        let Jets { value, gradient: Points { x, y, z }, hessian: [xx, xy, xz, yy, yz, zz] } = jets;
+        let inputs = [points.x, points.y, points.z];
+        self.jet_tape().evaluate_batch(inputs, [value, x, y, z, xx, xy, xz, yy, yz, zz]);
+    }
+
+    fn ranges(&self, cells: &[Aabb], ranges: &mut [Interval]) {
+        let coordinates =
+            [0, 1, 2].map(|axis| cells.iter().map(|c| cell_inputs(c)[axis]).collect::<Vec<_>>());
+        self.value.evaluate_batch(coordinates.each_ref().map(Vec::as_slice), [ranges]);
     }
 }

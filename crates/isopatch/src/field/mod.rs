@@ -31,11 +31,11 @@ pub use formula::Formula;
 pub use polynomial::{Exponents, Polynomial};
 pub use token::Span;
 
-use crate::geom::{Aabb, Interval, Jet, Point3, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Point3, PointsMut, PointsView, Vec3};
 
 /// A scalar function f(x, y, z); its surface is f = 0, inside is f < 0, and ∇f points out.
 ///
-/// Batch forms take one array per coordinate; all slices of one call have the same length. They have defaults
+/// Batch forms take one array per coordinate, or cells; all slices of one call have the same length. They have defaults
 /// that call the pointwise forms, and give the same values as these, bit for bit.
 pub trait Field: Send + Sync {
     /// f(p). NaN or infinite outside the domain of the formula.
@@ -53,6 +53,17 @@ pub trait Field: Send + Sync {
     /// Enclosures of f and of the three components of ∇f over the cell, rounded outward.
     fn gradient_range(&self, cell: &Aabb) -> (Interval, [Interval; 3]);
 
+    /// f over the cell as a linear function and a bound on the rest, rounded outward.
+    fn linear_range(&self, cell: &Aabb) -> Affine {
+        self.range(cell).into()
+    }
+
+    /// f and the three components of ∇f over the cell as linear functions and bounds on the rest, rounded outward.
+    fn linear_gradient_range(&self, cell: &Aabb) -> (Affine, [Affine; 3]) {
+        let (f, gradient) = self.gradient_range(cell);
+        (f.into(), gradient.map(Affine::from))
+    }
+
     /// A bound on the difference between the computed and the exact f(p), from rounding alone.
     fn rounding_bound(&self, p: Point3) -> f64;
 
@@ -69,6 +80,20 @@ pub trait Field: Send + Sync {
             let (value, g) = self.gradient(points.get(i));
             *f = value;
             (gradient.x[i], gradient.y[i], gradient.z[i]) = (g.x, g.y, g.z);
+        }
+    }
+
+    /// f, ∇f and ∇²f at every point; as many jets as points.
+    fn jets(&self, points: PointsView<'_>, jets: &mut Jets) {
+        for i in 0..points.len() {
+            jets.set(i, &self.jet(points.get(i)));
+        }
+    }
+
+    /// [`Field::range`] of every cell.
+    fn ranges(&self, cells: &[Aabb], ranges: &mut [Interval]) {
+        for (range, cell) in ranges.iter_mut().zip(cells) {
+            *range = self.range(cell);
         }
     }
 }

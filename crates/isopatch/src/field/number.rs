@@ -1,6 +1,6 @@
 //! The operations of a tape, and the kinds of number that it is evaluated with.
 
-use crate::geom::Interval;
+use crate::geom::{Affine, Interval};
 
 /// An operation of a tape. Unary ones ignore their second operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -181,6 +181,46 @@ impl Number for Interval {
             Op::Max => a.max(b),
             Op::Sign => a.sign(),
             Op::Less => a.less(b),
+        }
+    }
+}
+
+impl Number for Affine {
+    const ZERO: Self = Affine::ZERO;
+
+    fn constant(constant: &Constant) -> Self {
+        constant.enclosure.into()
+    }
+
+    #[inline]
+    fn apply(op: Op, a: Self, b: Self) -> Self {
+        let one = Interval::point(1.0);
+        match op {
+            Op::Neg => -a,
+            Op::Add => a + b,
+            Op::Sub => a - b,
+            Op::Mul | Op::Power(_) => a * b,
+            Op::Square => a.square(),
+            Op::Div => a * b.map(|x| one / x, |x| -(one / x.square())),
+            Op::Sqrt => a.map(Interval::sqrt, |x| one / (x.sqrt() + x.sqrt())),
+            Op::Abs => a.map(Interval::abs, Interval::sign),
+            Op::Exp => a.map(Interval::exp, Interval::exp),
+            Op::Log => a.map(Interval::ln, |x| one / x),
+            Op::Sin => a.map(Interval::sin, Interval::cos),
+            Op::Cos => a.map(Interval::cos, |x| -x.sin()),
+            Op::Tan => a.map(Interval::tan, |x| one + x.tan().square()),
+            Op::Asin => a.map(Interval::asin, |x| one / (one - x.square()).sqrt()),
+            Op::Acos => a.map(Interval::acos, |x| -(one / (one - x.square()).sqrt())),
+            Op::Atan => a.map(Interval::atan, |x| one / (one + x.square())),
+            Op::Sinh => a.map(Interval::sinh, Interval::cosh),
+            Op::Cosh => a.map(Interval::cosh, Interval::sinh),
+            Op::Tanh => a.map(Interval::tanh, |x| one - x.tanh().square()),
+            Op::Pow if b.radius() == 0.0 => {
+                let exponent = Interval::point(b.center);
+                a.map(|x| x.pow(exponent), |x| exponent * x.pow(exponent - one))
+            }
+            Op::Pow | Op::Min | Op::Max | Op::Less => Interval::apply(op, a.range(), b.range()).into(),
+            Op::Sign => a.range().sign().into(),
         }
     }
 }

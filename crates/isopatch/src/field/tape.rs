@@ -1,19 +1,19 @@
-//! A graph as straight-line code on registers, evaluated by kind of number, at a point or in blocks of points.
+//! A graph as straight-line code on registers, evaluated by kind of number, for one input or in blocks.
 
 use super::graph::{Graph, Node, NodeId};
 use super::number::{Constant, Number, Op};
-use crate::geom::{Interval, PointsView};
+use crate::geom::Interval;
 use std::cell::RefCell;
 
 /// Slots 0, 1, 2 hold x, y, z; constants follow, then registers.
 const INPUTS: usize = 3;
-/// Points in a block if all registers fit into `SCRATCH`: long enough to hide the cost of decoding.
+/// Inputs in a block if all registers fit into `SCRATCH`: long enough to hide the cost of decoding.
 const LARGEST_BLOCK: usize = 512;
 /// Shortest block, whatever the number of registers.
 const SMALLEST_BLOCK: usize = 16;
-/// Floats in the registers of a block: 48 KiB. Measured: shorter blocks lose more to decoding than longer ones to
-/// the first-level cache, because an instruction touches only a few registers.
-const SCRATCH: usize = 6144;
+/// Bytes in the registers of a block. Measured: shorter blocks lose more to decoding than longer ones to the
+/// first-level cache, because an instruction touches only a few registers.
+const SCRATCH: usize = 48 << 10;
 /// Slots of the evaluations on the stack, by size of tape; larger tapes take their slots from the heap.
 const SMALL_TAPE: usize = 32;
 const MEDIUM_TAPE: usize = 128;
@@ -129,35 +129,34 @@ impl Tape {
         std::array::from_fn(|k| slots[self.outputs[k] as usize])
     }
 
-    /// The outputs at every point, one array per output.
-    pub(super) fn evaluate_batch<const OUTPUTS: usize>(
+    /// The outputs for many inputs, one array per coordinate and per output.
+    pub(super) fn evaluate_batch<N: Registers, const OUTPUTS: usize>(
         &self,
-        points: PointsView<'_>,
-        outputs: [&mut [f64]; OUTPUTS],
+        inputs: [&[N]; 3],
+        outputs: [&mut [N]; OUTPUTS],
     ) {
-        thread_local! {
-            static REGISTERS: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
-        }
-        let block = (SCRATCH / self.registers.max(1)).clamp(SMALLEST_BLOCK, LARGEST_BLOCK);
-        REGISTERS.with_borrow_mut(|registers| {
+        let block = SCRATCH / (self.registers.max(1) * size_of::<N>());
+        let block = block.clamp(SMALLEST_BLOCK, LARGEST_BLOCK);
+        N::with_registers(|registers| {
             if registers.len() < block * self.registers {
-                registers.resize(block * self.registers, 0.0);
+                registers.resize(block * self.registers, N::ZERO);
             }
-            self.evaluate_blocks(points, outputs, block, registers);
+            self.evaluate_blocks(inputs, outputs, block, registers);
         });
     }
 
-    fn evaluate_blocks<const OUTPUTS: usize>(
+    fn evaluate_blocks<N: Number, const OUTPUTS: usize>(
         &self,
-        points: PointsView<'_>,
-        mut outputs: [&mut [f64]; OUTPUTS],
+        inputs: [&[N]; 3],
+        mut outputs: [&mut [N]; OUTPUTS],
         block: usize,
-        registers: &mut [f64],
+        registers: &mut [N],
     ) {
-        for start in (0..points.len()).step_by(block) {
-            let range = start..points.len().min(start + block);
+        let count = inputs[0].len();
+        for start in (0..count).step_by(block) {
+            let range = start..count.min(start + block);
             let length = range.len();
-            let inputs = points.slice(range.clone());
+            let inputs = inputs.map(|coordinate| &coordinate[range.clone()]);
             for &instruction in &self.code {
                 self.step(instruction, inputs, registers, block, length);
             }
@@ -172,19 +171,17 @@ impl Tape {
     }
 
     /// Where the operand in a slot is found; `registers` starts at the first register.
-    fn source<'a>(
+    fn source<'a, N: Number>(
         &self,
         slot: u32,
-        inputs: PointsView<'a>,
-        registers: &'a [f64],
+        inputs: [&'a [N]; 3],
+        registers: &'a [N],
         block: usize,
         length: usize,
-    ) -> Source<'a> {
+    ) -> Source<'a, N> {
         match slot as usize {
-            0 => Source::Many(inputs.x),
-            1 => Source::Many(inputs.y),
-            2 => Source::Many(inputs.z),
-            k if k < INPUTS + self.constants.len() => Source::One(self.constants[k - INPUTS].value),
+            k if k < INPUTS => Source::Many(inputs[k]),
+            k if k < INPUTS + self.constants.len() => Source::One(N::constant(&self.constants[k - INPUTS])),
             k => {
                 let start = (k - INPUTS - self.constants.len()) * block;
                 Source::Many(&registers[start..start + length])
@@ -192,12 +189,12 @@ impl Tape {
         }
     }
 
-    /// One instruction for a block of points.
-    fn step(
+    /// One instruction for a block.
+    fn step<N: Number>(
         &self,
         i: Instruction,
-        inputs: PointsView<'_>,
-        registers: &mut [f64],
+        inputs: [&[N]; 3],
+        registers: &mut [N],
         block: usize,
         length: usize,
     ) {
@@ -217,6 +214,28 @@ impl Tape {
         apply_block(i, &mut out[..length], operand(i.a), operand(i.b), operand(i.c));
     }
 }
+
+/// A kind of number with registers that each thread keeps from one batch to the next.
+pub(super) trait Registers: Number {
+    fn with_registers(evaluate: impl FnOnce(&mut Vec<Self>));
+}
+
+/// Implements [`Registers`] for a number.
+macro_rules! registers {
+    ($number:ty) => {
+        impl Registers for $number {
+            fn with_registers(evaluate: impl FnOnce(&mut Vec<Self>)) {
+                thread_local! {
+                    static REGISTERS: RefCell<Vec<$number>> = const { RefCell::new(Vec::new()) };
+                }
+                REGISTERS.with_borrow_mut(evaluate);
+            }
+        }
+    };
+}
+
+registers!(f64);
+registers!(Interval);
 
 impl Second {
     #[inline(always)]
@@ -308,30 +327,39 @@ fn last_uses(code: &[Instruction], outputs: &[NodeId], nodes: usize) -> Vec<Node
     last_use
 }
 
-/// An operand for a block of points.
+/// An operand for a block.
 #[derive(Clone, Copy)]
-enum Source<'a> {
-    Many(&'a [f64]),
-    One(f64),
+enum Source<'a, N> {
+    Many(&'a [N]),
+    One(N),
 }
 
 /// One instruction for a block, by the same scalar code as at a single point; a loop for every operation, pair of
 /// operations and kind of operand, so that the compiler can use vector instructions.
-fn apply_block(i: Instruction, out: &mut [f64], a: Source<'_>, b: Source<'_>, c: Source<'_>) {
+fn apply_block<N: Number>(
+    i: Instruction,
+    out: &mut [N],
+    a: Source<'_, N>,
+    b: Source<'_, N>,
+    c: Source<'_, N>,
+) {
     macro_rules! single {
-        ($($op:pat => $same:expr),* $(,)?) => {
-            match i.op { $($op => fill(out, a, b, |a, b| f64::apply($same, a, b)),)* }
+        ($($op:ident),*) => {
+            match i.op {
+                $(Op::$op => fill(out, a, b, |a, b| N::apply(Op::$op, a, b)),)*
+                Op::Power(n) => fill(out, a, b, |a, b| N::apply(Op::Power(n), a, b)),
+            }
         };
     }
     macro_rules! pairs {
         ($($op:ident),*) => {
             match i.op {
                 $(Op::$op => match i.second {
-                    Second::Add => fill_pair(out, a, b, c, |a, b, c| Second::Add.apply(f64::apply(Op::$op, a, b), c)),
-                    Second::Sub => fill_pair(out, a, b, c, |a, b, c| Second::Sub.apply(f64::apply(Op::$op, a, b), c)),
-                    Second::From => fill_pair(out, a, b, c, |a, b, c| Second::From.apply(f64::apply(Op::$op, a, b), c)),
-                    Second::Mul => fill_pair(out, a, b, c, |a, b, c| Second::Mul.apply(f64::apply(Op::$op, a, b), c)),
-                    Second::Square => fill(out, a, b, |a, b| Second::Square.apply(f64::apply(Op::$op, a, b), a)),
+                    Second::Add => fill_pair(out, a, b, c, |a, b, c| Second::Add.apply(N::apply(Op::$op, a, b), c)),
+                    Second::Sub => fill_pair(out, a, b, c, |a, b, c| Second::Sub.apply(N::apply(Op::$op, a, b), c)),
+                    Second::From => fill_pair(out, a, b, c, |a, b, c| Second::From.apply(N::apply(Op::$op, a, b), c)),
+                    Second::Mul => fill_pair(out, a, b, c, |a, b, c| Second::Mul.apply(N::apply(Op::$op, a, b), c)),
+                    Second::Square => fill(out, a, b, |a, b| Second::Square.apply(N::apply(Op::$op, a, b), a)),
                     Second::Nothing => {}
                 },)*
                 // Other operations are never the first of a pair.
@@ -343,18 +371,14 @@ fn apply_block(i: Instruction, out: &mut [f64], a: Source<'_>, b: Source<'_>, c:
         pairs!(Add, Sub, Mul, Square);
         return;
     }
-    single! {
-        Op::Neg => Op::Neg, Op::Add => Op::Add, Op::Sub => Op::Sub, Op::Mul | Op::Power(_) => Op::Mul,
-        Op::Div => Op::Div, Op::Square => Op::Square, Op::Sqrt => Op::Sqrt, Op::Abs => Op::Abs,
-        Op::Exp => Op::Exp, Op::Log => Op::Log, Op::Sin => Op::Sin, Op::Cos => Op::Cos, Op::Tan => Op::Tan,
-        Op::Asin => Op::Asin, Op::Acos => Op::Acos, Op::Atan => Op::Atan, Op::Sinh => Op::Sinh,
-        Op::Cosh => Op::Cosh, Op::Tanh => Op::Tanh, Op::Pow => Op::Pow, Op::Min => Op::Min, Op::Max => Op::Max,
-        Op::Sign => Op::Sign, Op::Less => Op::Less,
-    }
+    single!(
+        Neg, Add, Sub, Mul, Div, Square, Sqrt, Abs, Exp, Log, Sin, Cos, Tan, Asin, Acos, Atan, Sinh, Cosh,
+        Tanh, Pow, Min, Max, Sign, Less
+    );
 }
 
 #[inline(always)]
-fn fill(out: &mut [f64], a: Source<'_>, b: Source<'_>, f: impl Fn(f64, f64) -> f64) {
+fn fill<N: Number>(out: &mut [N], a: Source<'_, N>, b: Source<'_, N>, f: impl Fn(N, N) -> N) {
     match (a, b) {
         (Source::Many(a), Source::Many(b)) => {
             for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
@@ -376,7 +400,13 @@ fn fill(out: &mut [f64], a: Source<'_>, b: Source<'_>, f: impl Fn(f64, f64) -> f
 }
 
 #[inline(always)]
-fn fill_pair(out: &mut [f64], a: Source<'_>, b: Source<'_>, c: Source<'_>, f: impl Fn(f64, f64, f64) -> f64) {
+fn fill_pair<N: Number>(
+    out: &mut [N],
+    a: Source<'_, N>,
+    b: Source<'_, N>,
+    c: Source<'_, N>,
+    f: impl Fn(N, N, N) -> N,
+) {
     match (a, b) {
         (Source::Many(a), Source::Many(b)) => match c {
             Source::Many(c) => {

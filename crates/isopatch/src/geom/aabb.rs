@@ -41,9 +41,25 @@ impl Aabb {
         (0..3).any(|i| self.min[i] > self.max[i])
     }
 
+    /// The eight corners, x fastest.
+    pub fn corners(&self) -> [Point3; 8] {
+        let pick = |corner: usize, a: usize| if corner >> a & 1 == 0 { self.min[a] } else { self.max[a] };
+        std::array::from_fn(|corner| Point3::from_fn(|a, _| pick(corner, a)))
+    }
+
+    /// The points in both; an empty box if there are none.
+    pub fn common(&self, other: &Self) -> Self {
+        Self { min: self.min.sup(&other.min), max: self.max.inf(&other.max) }
+    }
+
     /// Is `p` in the closed box?
     pub fn contains(&self, p: &Point3) -> bool {
         (0..3).all(|i| self.min[i] <= p[i] && p[i] <= self.max[i])
+    }
+
+    /// Have the closed boxes a point in common?
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|i| self.min[i] <= other.max[i] && other.min[i] <= self.max[i])
     }
 
     /// Edge lengths.

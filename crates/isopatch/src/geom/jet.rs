@@ -1,4 +1,4 @@
-use super::{Mat3, Vec3};
+use super::{Mat3, Points, Vec3};
 
 /// Value, gradient and Hessian of a scalar function at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +23,54 @@ impl Jet {
         let p = Mat3::identity() - n * n.transpose();
         let m = -(p * self.hessian * p) / length;
         0.5 * (m + m.transpose())
+    }
+}
+
+/// Rows and columns of the numbers of a symmetric matrix that [`Jets`] keeps.
+const UPPER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+/// Jets at many points as one array per number, the layout that batch evaluation wants.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Jets {
+    /// f.
+    pub value: Vec<f64>,
+    /// ∇f.
+    pub gradient: Points,
+    /// The upper triangle of ∇²f by rows: xx, xy, xz, yy, yz, zz.
+    pub hessian: [Vec<f64>; 6],
+}
+
+impl Jets {
+    /// `n` jets of the zero function.
+    pub fn zeros(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self { value: zeros(), gradient: Points::zeros(n), hessian: std::array::from_fn(|_| zeros()) }
+    }
+
+    /// Number of jets.
+    pub fn len(&self) -> usize {
+        self.value.len()
+    }
+
+    /// No jets?
+    pub fn is_empty(&self) -> bool {
+        self.value.is_empty()
+    }
+
+    /// The `i`-th jet.
+    pub fn get(&self, i: usize) -> Jet {
+        let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|k| self.hessian[k][i]);
+        let hessian = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        Jet { value: self.value[i], gradient: self.gradient.get(i), hessian }
+    }
+
+    /// Replaces the `i`-th jet.
+    pub fn set(&mut self, i: usize, jet: &Jet) {
+        self.value[i] = jet.value;
+        self.gradient.set(i, jet.gradient);
+        for (numbers, place) in self.hessian.iter_mut().zip(UPPER) {
+            numbers[i] = jet.hessian[place];
+        }
     }
 }
 

@@ -4,15 +4,17 @@
 //! combinations of points all the time and a separate point type would hide the formulas.
 
 mod aabb;
+mod affine;
 mod box_tree;
 mod interval;
 mod jet;
 mod points;
 
 pub use aabb::Aabb;
+pub use affine::Affine;
 pub use box_tree::BoxTree;
 pub use interval::Interval;
-pub use jet::Jet;
+pub use jet::{Jet, Jets};
 pub use points::{Points, PointsMut, PointsView};
 
 /// A vector of three coordinates, in model units.

@@ -56,6 +56,13 @@ impl Points {
         self.z.clear();
     }
 
+    /// Forgets all but the first `count` points.
+    pub fn truncate(&mut self, count: usize) {
+        self.x.truncate(count);
+        self.y.truncate(count);
+        self.z.truncate(count);
+    }
+
     /// Appends a point.
     pub fn push(&mut self, p: Point3) {
         self.x.push(p.x);
@@ -83,6 +90,11 @@ impl Points {
     /// All of them, mutably borrowed.
     pub fn view_mut(&mut self) -> PointsMut<'_> {
         PointsMut { x: &mut self.x, y: &mut self.y, z: &mut self.z }
+    }
+
+    /// The points of the index range, mutably borrowed.
+    pub fn slice_mut(&mut self, range: std::ops::Range<usize>) -> PointsMut<'_> {
+        PointsMut { x: &mut self.x[range.clone()], y: &mut self.y[range.clone()], z: &mut self.z[range] }
     }
 }
 

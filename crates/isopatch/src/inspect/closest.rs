@@ -45,7 +45,7 @@ impl<'a> ClosestPatch<'a> {
     pub fn new(surface: &'a dyn Surface) -> Self {
         let lattice = triangle::lattice(START_LATTICE);
         let patches: Vec<PatchId> = surface.patches().collect();
-        let starts = SampleSet::new(surface, &lattice).sample(surface, &patches).points;
+        let starts = SampleSet::new(surface, &lattice).points(surface, &patches);
         let start_parameters = lattice.iter().map(|p| [p[0], p[1]]).collect();
         Self { surface, tree: PatchTree::new(surface), start_parameters, starts }
     }

@@ -3,7 +3,7 @@
 use super::foot;
 use super::or_infinite;
 use super::samples::{PatchSamples, SampleSet};
-use super::seams::normal_jump;
+use super::seams::Widest;
 use crate::bernstein::triangle;
 use crate::field::Field;
 use crate::geom::Points;
@@ -123,20 +123,20 @@ fn measure(
     let patch = |range: Range<usize>| {
         let mut patch =
             PatchDeviation { max_distance: 0.0, max_first_order: 0.0, max_normal_error: 0.0, folded: false };
+        let mut widest = Widest::default();
         for i in range {
             let (normal, g) = (samples.du.get(i).cross(&samples.dv.get(i)), gradient.get(i));
             let first_order = or_infinite(f[i].abs() / g.norm()) / diagonal;
             let distance = distances[i] / diagonal;
             patch.max_distance = patch.max_distance.max(distance);
             patch.max_first_order = patch.max_first_order.max(first_order);
-            patch.max_normal_error = patch.max_normal_error.max(normal_jump(&normal, &g));
-            let cosine = normal.dot(&g);
-            patch.folded |= cosine <= 0.0 || cosine.is_nan();
+            patch.folded |= !widest.add(normal, g);
             let area = normal.norm();
             squares.area += area;
             squares.distance += area * distance * distance;
             squares.first_order += area * first_order * first_order;
         }
+        patch.max_normal_error = widest.angle();
         patch
     };
     let patches = (0..n / count).map(|i| i * count..(i + 1) * count).map(patch).collect();

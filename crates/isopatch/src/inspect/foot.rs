@@ -30,33 +30,42 @@ pub(super) fn distances(
     gradient: &Points,
     diagonal: f64,
 ) -> Vec<f64> {
-    let n = points.len();
-    let step = |i: usize, q: &Point3, f: f64, g: Point3| {
+    let step = |p: &Point3, q: &Point3, f: f64, g: Point3| p - (f + g.dot(&(p - q))) / g.norm_squared() * g;
+    let first = |i: usize| {
         let p = points.get(i);
-        p - (f + g.dot(&(p - q))) / g.norm_squared() * g
+        step(&p, &p, f[i], gradient.get(i))
     };
-    let mut feet: Points = (0..n).map(|i| step(i, &points.get(i), f[i], gradient.get(i))).collect();
-    let (mut f, mut gradient) = (vec![0.0; n], Points::zeros(n));
-    let mut settled = vec![false; n];
+    let mut distances = vec![f64::INFINITY; points.len()];
+    // Those that have not settled, and their feet.
+    let mut open: Vec<usize> = (0..points.len()).collect();
+    let mut feet: Points = open.iter().map(|i| first(*i)).collect();
+    let (mut f, mut gradient) = (vec![0.0; open.len()], Points::zeros(open.len()));
     for _ in 0..ROUNDS {
-        field.gradients(feet.view(), &mut f, gradient.view_mut());
-        for i in 0..n {
-            let q = feet.get(i);
-            let next = step(i, &q, f[i], gradient.get(i));
-            settled[i] = (next - q).norm() <= tolerance(&points.get(i), &next, diagonal);
-            feet.set(i, next);
+        let count = open.len();
+        field.gradients(feet.view(), &mut f[..count], gradient.slice_mut(0..count));
+        let mut left = 0;
+        for k in 0..count {
+            let (i, p, q) = (open[k], points.get(open[k]), feet.get(k));
+            let next = step(&p, &q, f[k], gradient.get(k));
+            if (next - q).norm() <= tolerance(&p, &next, diagonal) {
+                distances[i] = (next - p).norm();
+            } else {
+                open[left] = i;
+                feet.set(left, next);
+                left += 1;
+            }
         }
-        if settled.iter().all(|s| *s) {
+        open.truncate(left);
+        feet.truncate(left);
+        if open.is_empty() {
             break;
         }
     }
-    (0..n)
-        .map(|i| {
-            let p = points.get(i);
-            let foot = if settled[i] { Some(feet.get(i)) } else { closest_zero(field, p, diagonal) };
-            foot.map_or(f64::INFINITY, |q| (q - p).norm())
-        })
-        .collect()
+    for i in open {
+        let p = points.get(i);
+        distances[i] = closest_zero(field, p, diagonal).map_or(f64::INFINITY, |q| (q - p).norm());
+    }
+    distances
 }
 
 /// Length of a step from which on the foot `q` of `p` counts as found.

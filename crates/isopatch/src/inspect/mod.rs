@@ -6,21 +6,25 @@
 //! | how far is the surface from the zero set? | [`deviation`] |
 //! | how far is the zero set from the surface, does it miss a part? | [`coverage`] |
 //! | does it interpolate the base mesh? | [`interpolation`] |
+//! | does it go through itself? | [`intersections`] |
 //! | what is it, as a whole? | [`topology`], [`extent`] |
 //!
 //! [`inspect`] asks all of them. Lengths are relative to the diagonal of the base mesh, angles are in radians.
 //! All figures are *measured*: they hold for the samples, and are bounds of nothing.
 
+mod box_tree;
 mod closest;
 mod coverage;
 mod deviation;
 mod foot;
 mod interpolation;
+mod intersections;
 mod measure;
 mod samples;
 mod seams;
 mod text;
 mod tree;
+mod triangle_pair;
 mod zeros;
 
 #[cfg(test)]
@@ -31,6 +35,7 @@ pub use coverage::{Coverage, coverage};
 pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation};
 pub use foot::closest_zero;
 pub use interpolation::{Interpolation, interpolation};
+pub use intersections::{Intersection, Intersections, MeshIntersections, intersections, mesh_intersections};
 pub use measure::{Extent, Topology, extent, topology};
 pub use seams::{Seams, seams};
 pub use zeros::zeros;
@@ -51,6 +56,9 @@ pub struct InspectOptions {
     pub lattice: usize,
     /// Points of the zero set to look for, about; the distance back is left out if it is 0. Default 30,000.
     pub back_samples: usize,
+    /// Intervals along each patch edge for the triangles that are tested for self-intersections; no test if it is 0.
+    /// Default 4, that is 16 triangles a patch.
+    pub intersection_lattice: usize,
     /// Where to look for the zero set, in model units; the box that the field was polygonised in, if there was
     /// one. Default none: the box of the surface, so a part of the zero set far outside it is not seen.
     pub region: Option<Aabb>,
@@ -58,7 +66,7 @@ pub struct InspectOptions {
 
 impl Default for InspectOptions {
     fn default() -> Self {
-        Self { seam_samples: 33, lattice: 21, back_samples: 30_000, region: None }
+        Self { seam_samples: 33, lattice: 21, back_samples: 30_000, intersection_lattice: 4, region: None }
     }
 }
 
@@ -79,6 +87,8 @@ pub struct Inspection {
     pub seams: Seams,
     /// Positions, normals and curvatures at the vertices of the base mesh.
     pub interpolation: Interpolation,
+    /// Where it goes through itself; none if that was not asked for, or if the patches do not say what they share.
+    pub intersections: Option<Intersections>,
     /// From the surface to the zero set; none without a field.
     pub deviation: Option<Deviation>,
     /// From the zero set to the surface; none without a field, or where no zero was found or asked for.
@@ -94,6 +104,7 @@ pub fn inspect(
 ) -> Inspection {
     let diagonal = base.diagonal();
     let extent = extent(surface);
+    let lattice = Some(options.intersection_lattice).filter(|n| *n > 0);
     let back = field.filter(|_| options.back_samples > 0);
     Inspection {
         diagonal,
@@ -103,6 +114,7 @@ pub fn inspect(
         extent,
         seams: seams(surface, diagonal, options.seam_samples),
         interpolation: interpolation(base, surface, diagonal),
+        intersections: lattice.and_then(|n| intersections(surface, n).ok()),
         deviation: field.map(|f| deviation(surface, f, diagonal, options.lattice)),
         coverage: back
             .and_then(|f| coverage(surface, f, diagonal, extent.area, options.back_samples, options.region)),

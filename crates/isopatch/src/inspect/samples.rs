@@ -1,6 +1,6 @@
 //! Bézier patches at parameters that are the same for all of them: basis values are computed once.
 
-use crate::bernstein::triangle;
+use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, PointsMut};
 use crate::surface::{PatchForm, PatchId, Surface};
 
@@ -15,31 +15,69 @@ pub(super) fn net(surface: &dyn Surface, patch: PatchId) -> (usize, &[Point3]) {
 /// A net of degree 1 that is nowhere.
 static NO_NET: [Point3; 3] = [Point3::new(f64::NAN, f64::NAN, f64::NAN); 3];
 
-/// Bernstein polynomials of one degree and their derivatives, one row of samples a control point.
-struct Basis {
-    degree: usize,
-    point: Vec<f64>,
-    du: Vec<f64>,
-    dv: Vec<f64>,
+/// Samples whose sums are formed together: as many as fit into the registers, three coordinates each.
+const LANES: usize = 4;
+
+/// Weights of the points of a net in all samples, by blocks of samples, and in a block by points of the net.
+struct Weights {
+    points: usize,
+    blocks: Vec<[f64; LANES]>,
 }
 
-impl Basis {
-    fn new(degree: usize, parameters: &[[f64; 3]]) -> Self {
-        let rows = |basis: &dyn Fn([f64; 3]) -> Vec<f64>| transposed(parameters.iter().map(|p| basis(*p)));
-        Self {
-            degree,
-            point: rows(&|p| triangle::basis(degree, p)),
-            du: rows(&|p| triangle::derivative_basis(degree, p, [1.0, 0.0, -1.0])),
-            dv: rows(&|p| triangle::derivative_basis(degree, p, [0.0, 1.0, -1.0])),
+impl Weights {
+    /// One row of `basis` a sample; samples that are missing in the last block have no weights.
+    fn new(points: usize, parameters: &[[f64; 3]], basis: impl Fn([f64; 3]) -> Vec<f64>) -> Self {
+        let mut blocks = Vec::with_capacity(parameters.len().div_ceil(LANES) * points);
+        for block in parameters.chunks(LANES) {
+            let rows: Vec<Vec<f64>> = block.iter().map(|p| basis(*p)).collect();
+            let weight = |c: usize, lane: usize| rows.get(lane).map_or(0.0, |row| row[c]);
+            blocks.extend((0..points).map(|c| std::array::from_fn(|lane| weight(c, lane))));
+        }
+        Self { points, blocks }
+    }
+
+    /// out_s = Σ_c weight_sc net_c.
+    fn combine(&self, net: &[Point3], out: PointsMut<'_>) {
+        let lanes = out.x.chunks_mut(LANES).zip(out.y.chunks_mut(LANES)).zip(out.z.chunks_mut(LANES));
+        for (rows, ((x, y), z)) in self.blocks.chunks_exact(self.points).zip(lanes) {
+            let mut sums = [[0.0; LANES]; 3];
+            for (row, b) in rows.iter().zip(net) {
+                for (axis, sum) in sums.iter_mut().enumerate() {
+                    sum.iter_mut().zip(row).for_each(|(sum, weight)| *sum += weight * b[axis]);
+                }
+            }
+            for (out, sum) in [x, y, z].into_iter().zip(&sums) {
+                out.copy_from_slice(&sum[..out.len()]);
+            }
         }
     }
 }
 
-/// The columns of a matrix that is given by its rows, one after the other.
-fn transposed(rows: impl Iterator<Item = Vec<f64>>) -> Vec<f64> {
-    let rows: Vec<_> = rows.collect();
-    let width = rows.first().map_or(0, Vec::len);
-    (0..width).flat_map(|c| rows.iter().map(move |row| row[c])).collect()
+/// Bernstein polynomials of one degree, and of one degree less for the derivatives.
+struct Basis {
+    degree: usize,
+    point: Weights,
+    derivative: Weights,
+}
+
+impl Basis {
+    fn new(degree: usize, parameters: &[[f64; 3]]) -> Self {
+        let weights = |n: usize| Weights::new(index::count(n), parameters, |p| triangle::basis(n, p));
+        Self { degree, point: weights(degree), derivative: weights(degree - 1) }
+    }
+}
+
+/// Net of the derivative by coordinate `axis` against the last one: n (b_{+axis} − b_{+2}), of one degree less.
+fn derivative_net(degree: usize, net: &[Point3], axis: usize, out: &mut Vec<Point3>) {
+    out.clear();
+    out.extend(index::indices(degree - 1).map(|ijk| {
+        let raised = |c: usize| {
+            let mut ijk = ijk;
+            ijk[c] += 1;
+            net[index::position(ijk)]
+        };
+        degree as f64 * (raised(axis) - raised(2))
+    }));
 }
 
 /// A fixed set of parameters, with tables for every degree that occurs in a surface.
@@ -70,34 +108,33 @@ impl SampleSet {
         self.count
     }
 
+    /// Positions only.
+    pub fn points(&self, surface: &dyn Surface, patches: &[PatchId]) -> Points {
+        let mut points = Points::zeros(patches.len() * self.count);
+        for (i, patch) in patches.iter().enumerate() {
+            let (degree, net) = net(surface, *patch);
+            if let Some(basis) = self.tables.iter().find(|t| t.degree == degree) {
+                basis.point.combine(net, points.slice_mut(i * self.count..(i + 1) * self.count));
+            }
+        }
+        points
+    }
+
     /// Samples of the given patches.
     pub fn sample(&self, surface: &dyn Surface, patches: &[PatchId]) -> PatchSamples {
         let zeros = || Points::zeros(patches.len() * self.count);
-        let mut samples = PatchSamples { points: zeros(), du: zeros(), dv: zeros() };
+        let points = self.points(surface, patches);
+        let mut samples = PatchSamples { points, du: zeros(), dv: zeros() };
+        let mut derivative = Vec::new();
         for (i, patch) in patches.iter().enumerate() {
             let (degree, net) = net(surface, *patch);
             let Some(basis) = self.tables.iter().find(|t| t.degree == degree) else { continue };
             let range = i * self.count..(i + 1) * self.count;
-            for (out, table) in [
-                (&mut samples.points, &basis.point),
-                (&mut samples.du, &basis.du),
-                (&mut samples.dv, &basis.dv),
-            ] {
-                let (x, y, z) =
-                    (&mut out.x[range.clone()], &mut out.y[range.clone()], &mut out.z[range.clone()]);
-                combine(table, net, PointsMut { x, y, z });
+            for (axis, out) in [&mut samples.du, &mut samples.dv].into_iter().enumerate() {
+                derivative_net(degree, net, axis, &mut derivative);
+                basis.derivative.combine(&derivative, out.slice_mut(range.clone()));
             }
         }
         samples
-    }
-}
-
-/// out_s = Σ_c table_cs net_c, one coordinate after the other so that each is a plain sum of rows.
-fn combine(table: &[f64], net: &[Point3], out: PointsMut<'_>) {
-    for (axis, out) in [out.x, out.y, out.z].into_iter().enumerate() {
-        for (row, b) in table.chunks_exact(out.len()).zip(net) {
-            let b = b[axis];
-            out.iter_mut().zip(row).for_each(|(out, weight)| *out += weight * b);
-        }
     }
 }

@@ -58,7 +58,7 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
 fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters: &[f64]) -> (f64, f64) {
     let (a, b) = (Rows::new(surface, first), Rows::new(surface, second));
     let (mut of_a, mut of_b) = ([0.0; MAX_ROW], [0.0; MAX_ROW]);
-    let (mut gap, mut jump) = (0.0, 0.0);
+    let (mut gap, mut widest) = (0.0, Widest::default());
     for t in parameters {
         bernstein(a.degree - 1, *t, &mut of_a);
         if a.degree == b.degree {
@@ -69,15 +69,47 @@ fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, parameters:
         // From a common point: the difference of equal points is exactly zero wherever they are.
         let offset = a.offset(*t, &of_a, &a.edge[0]) - b.offset(*t, &of_b, &a.edge[0]);
         gap = f64::max(gap, or_infinite(offset.norm()));
-        jump = f64::max(jump, normal_jump(&a.normal(&of_a), &b.normal(&of_b)));
+        widest.add(a.normal(&of_a), b.normal(&of_b));
     }
-    (gap, jump)
+    (gap, widest.angle())
 }
 
 /// The angle between two normals of any length; π if one of them vanishes or is not a number.
 pub(super) fn normal_jump(a: &Vec3, b: &Vec3) -> f64 {
     let usable = |n: &Vec3| n.norm_squared() > 0.0 && n.norm_squared().is_finite();
     if usable(a) && usable(b) { angle_between(a, b) } else { PI }
+}
+
+/// The widest angle between two normals, found by its tangent: an arc tangent takes as long as the rest of a sample.
+#[derive(Default)]
+pub(super) struct Widest {
+    /// Square of the largest tangent of an acute angle, and the normals that have it.
+    tangent: f64,
+    normals: Option<[Vec3; 2]>,
+    /// The largest of the other angles.
+    obtuse: f64,
+}
+
+impl Widest {
+    /// Takes the angle between two normals of any length; is it acute?
+    pub fn add(&mut self, a: Vec3, b: Vec3) -> bool {
+        let cosine = a.dot(&b);
+        let tangent = a.cross(&b).norm_squared() / (cosine * cosine);
+        // Neither if a number is not finite, or over- or underflows.
+        if !(cosine > 0.0 && tangent.is_finite()) {
+            self.obtuse = self.obtuse.max(normal_jump(&a, &b));
+            return cosine > 0.0;
+        }
+        if tangent > self.tangent {
+            (self.tangent, self.normals) = (tangent, Some([a, b]));
+        }
+        true
+    }
+
+    /// The widest angle, in radians; 0 if there was none.
+    pub fn angle(&self) -> f64 {
+        self.normals.map_or(0.0, |[a, b]| normal_jump(&a, &b)).max(self.obtuse)
+    }
 }
 
 /// Control points of a row; degree 9 is the largest that [`crate::bernstein::triangle`] evaluates.

@@ -29,6 +29,9 @@ impl Display for Inspection {
                 figure(i.max_curvature_error)
             ),
         )?;
+        if let Some(i) = &self.intersections {
+            line(f, "self-intersections", format!("{} in {} triangles", i.count, i.triangles))?;
+        }
         if let Some(d) = &self.deviation {
             line(
                 f,

@@ -11,3 +11,7 @@ mod refine;
 pub mod spline;
 
 pub use differentiable::{Defect, find_defect};
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod open_tests;

@@ -203,10 +203,17 @@ fn attempt(
     let mut stages = Stages { seconds: Seconds::default(), progress };
     let bounds = stages.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
     let negated = stages.run("box", || base::outside_is_negative(formula, &bounds))?;
-    let formula = if negated { formula.negated() } else { formula.clone() };
-    let work = Work { formula, bounds, recipe };
+    let oriented = if negated { formula.negated() } else { formula.clone() };
+    let mut work = Work { formula: oriented, bounds, recipe };
 
-    let first = stages.run("base mesh", || work.first_mesh(faces))?;
+    let mut first = stages.run("base mesh", || work.first_mesh(faces))?;
+    // The samples of the box have missed where the surface leaves it.
+    let is_open = first.base.clip.is_some();
+    if negated && is_open {
+        work.formula = formula.clone();
+        first = stages.run("base mesh", || work.first_mesh(faces))?;
+    }
+    let negated = negated && !is_open;
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     let made = work.surface(&mesh, &mut stages);
     let mut wish = work.wish(&made, &mesh, 0);

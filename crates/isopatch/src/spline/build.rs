@@ -2,6 +2,7 @@
 
 use super::edge::EdgeSystem;
 use super::fit;
+use super::relaxation::relax;
 use super::surface::{DEGREE, NET, TriangularSpline};
 use super::vertex::{self, EndWeights, RingCurve, VertexSystem};
 use crate::base::BaseMesh;
@@ -19,11 +20,20 @@ pub struct SplineOptions {
     pub normal_distance_steps: usize,
     /// Weight of tangential motion in these steps; much less folds patches.
     pub tangential_weight: f64,
+    /// Steps on the distance along the normal in which all points move that no G1 condition binds.
+    pub relaxation_steps: usize,
+    /// Weight of any motion in these steps. With less, errors fall further in some patches, and grow in others.
+    pub relaxation_weight: f64,
 }
 
 impl Default for SplineOptions {
     fn default() -> Self {
-        Self { normal_distance_steps: 2, tangential_weight: 1e-2 }
+        Self {
+            normal_distance_steps: 0,
+            tangential_weight: 1e-2,
+            relaxation_steps: 2,
+            relaxation_weight: 3e-4,
+        }
     }
 }
 
@@ -117,6 +127,9 @@ pub fn build(
     solve_edges(&base.mesh, &curves, &weights, &mu1, &mut nets)?;
     fit::refit_free_points(&mut nets, &footprints);
     fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
+    for _ in 0..options.relaxation_steps {
+        relax(&base.mesh, &edge_lambdas(&weights), &mut nets, target, options.relaxation_weight);
+    }
     Ok(TriangularSpline::new(base, curves, nets))
 }
 
@@ -153,6 +166,12 @@ fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
         }
     }
     weights
+}
+
+/// λ(0) and λ(1) of every edge.
+fn edge_lambdas(weights: &[EndWeights]) -> Vec<[f64; 2]> {
+    // The left side of a dart is the right side of its reverse.
+    weights.chunks_exact(2).map(|w| [w[0].lambda, 1.0 - w[1].lambda]).collect()
 }
 
 /// Position in the net of the twist point of a half edge's corner, b_511 at its start.

@@ -18,7 +18,7 @@ const FIT_SAMPLES: usize = 21;
 const NORMAL_LATTICE: usize = 10;
 const NORMAL_SAMPLES: usize = 36;
 /// Control points that no G1 condition binds.
-const FREE: usize = 3;
+pub(super) const FREE: usize = 3;
 /// Patches whose samples are evaluated in one batch.
 const BATCH: usize = 32;
 
@@ -27,7 +27,7 @@ type Net = [Point3; NET];
 pub type Footprints = [Point3; FIT_SAMPLES];
 
 /// The three free control points b_322, b_232, b_223.
-const FREE_POINTS: [usize; FREE] =
+pub(super) const FREE_POINTS: [usize; FREE] =
     [index::position([3, 2, 2]), index::position([2, 3, 2]), index::position([2, 2, 3])];
 
 struct Tables {
@@ -90,7 +90,7 @@ fn fixed<const R: usize, const C: usize>(m: &DMatrix<f64>) -> [[f64; C]; R] {
     std::array::from_fn(|r| std::array::from_fn(|c| m[(r, c)]))
 }
 
-fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> Point3 {
+pub(super) fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> Point3 {
     let mut sum = [0.0; 3];
     for (w, p) in row.iter().zip(points) {
         (0..3).for_each(|c| sum[c] += w * p[c]);

@@ -6,6 +6,7 @@
 mod build;
 pub mod edge;
 pub mod fit;
+mod relaxation;
 mod surface;
 pub mod vertex;
 

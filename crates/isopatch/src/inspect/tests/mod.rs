@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
 
 mod fixtures;
+mod intersections;
 
 use super::*;
 use crate::geom::{Point3, Points, Vec3};

@@ -7,7 +7,7 @@ pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
 /// Version whose change only adds sections.
-pub const MINOR: u16 = 0;
+pub const MINOR: u16 = 1;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.
@@ -28,6 +28,9 @@ pub const CURVE: usize = 5 * POINT;
 /// Bytes of the interior of a patch.
 pub const PATCH: usize = INTERIOR * POINT;
 
+/// Bytes of a box.
+pub const BOX: usize = 2 * POINT;
+
 /// Name of a section.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Tag(pub [u8; 4]);
@@ -38,6 +41,8 @@ pub const VERTICES: Tag = Tag(*b"VERT");
 pub const EDGES: Tag = Tag(*b"EDGE");
 pub const CURVES: Tag = Tag(*b"CURV");
 pub const INTERIORS: Tag = Tag(*b"INNR");
+/// Only for a surface that a box cuts.
+pub const CLIP: Tag = Tag(*b"CLIP");
 
 impl fmt::Display for Tag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,8 +1,8 @@
 use super::layout::*;
 use super::{NativeModel, Provenance};
-use crate::base::{BaseMesh, EdgeFeature};
+use crate::base::{BaseMesh, BoxSides, Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
-use crate::geom::{Mat3, Point3, Vec3};
+use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::io::UnknownUnit;
 use crate::mesh::{HalfEdgeMesh, MeshError};
 use crate::spline::TriangularSpline;
@@ -67,6 +67,12 @@ pub enum NativeError {
         /// The code of the feature.
         code: u8,
     },
+    /// A vertex does not lie in the sides of the box that are listed for it.
+    #[error("vertex {vertex} does not lie in its sides of the box")]
+    Clip {
+        /// The vertex.
+        vertex: usize,
+    },
     /// A number is infinite or not a number.
     #[error("number {index} of section {section} is not finite")]
     NotFinite {
@@ -95,13 +101,14 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     let vertex = |from: usize| {
         numbers.chunks_exact(VERTEX / 8).map(move |n| Vec3::new(n[from], n[from + 1], n[from + 2]))
     };
+    let positions: Vec<Point3> = vertex(0).collect();
     let base = BaseMesh {
         mesh,
-        positions: vertex(0).collect(),
+        clip: sections.find(CLIP).map(|section| clip(section, &positions)).transpose()?,
+        positions,
         normals: vertex(3).collect(),
         curvatures: numbers.chunks_exact(VERTEX / 8).map(|n| Mat3::from_row_slice(&n[6..])).collect(),
         features,
-        clip: None,
     };
     Ok(NativeModel { spline: TriangularSpline::new(base, curves, nets), provenance })
 }
@@ -144,7 +151,7 @@ impl<'a> Sections<'a> {
         let tag = Tag(entry.array()?);
         let checksum = u32::from_le_bytes(entry.array()?);
         let (offset, length) = (u64::from_le_bytes(entry.array()?), u64::from_le_bytes(entry.array()?));
-        if ![META, FACES, VERTICES, EDGES, CURVES, INTERIORS].contains(&tag) {
+        if ![META, FACES, VERTICES, EDGES, CURVES, INTERIORS, CLIP].contains(&tag) {
             return Ok(());
         }
         if self.entries.iter().any(|(t, _)| *t == tag) {
@@ -162,8 +169,11 @@ impl<'a> Sections<'a> {
     }
 
     fn get(&self, tag: Tag) -> Result<&'a [u8], NativeError> {
-        let entry = self.entries.iter().find(|(t, _)| *t == tag);
-        entry.map(|(_, section)| *section).ok_or_else(|| NativeError::Missing(tag.to_string()))
+        self.find(tag).ok_or_else(|| NativeError::Missing(tag.to_string()))
+    }
+
+    fn find(&self, tag: Tag) -> Option<&'a [u8]> {
+        self.entries.iter().find(|(t, _)| *t == tag).map(|(_, section)| *section)
     }
 
     /// A section of `count` elements of `size` bytes.
@@ -256,6 +266,24 @@ fn features(mesh: &HalfEdgeMesh, codes: &[u8]) -> Result<Vec<EdgeFeature>, Nativ
         }
     };
     mesh.edges().map(feature).collect()
+}
+
+/// The box, and a byte for the sides of each vertex.
+fn clip(section: &[u8], positions: &[Point3]) -> Result<Clip, NativeError> {
+    check_length(CLIP, section, (BOX + positions.len()) as u64)?;
+    let (numbers, codes) = section.split_at(BOX);
+    let numbers: Vec<f64> = numbers.as_chunks().0.iter().map(|c| f64::from_le_bytes(*c)).collect();
+    if let Some(index) = numbers.iter().position(|x| !x.is_finite()) {
+        return Err(NativeError::NotFinite { section: CLIP.to_string(), index });
+    }
+    let [min, max] = points(&numbers);
+    let bounds = Aabb::new(min, max);
+    let sides = codes.iter().zip(positions).enumerate().map(|(vertex, (code, p))| {
+        BoxSides::from_bits(*code)
+            .filter(|sides| BoxSides::of(p, &bounds).contains_all(*sides))
+            .ok_or(NativeError::Clip { vertex })
+    });
+    Ok(Clip { bounds, sides: sides.collect::<Result<_, _>>()? })
 }
 
 fn points<const N: usize>(numbers: &[f64]) -> [Point3; N] {

@@ -1,6 +1,6 @@
 use super::Provenance;
 use super::layout::*;
-use crate::base::EdgeFeature;
+use crate::base::{Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
 use crate::geom::Point3;
 use crate::io::WriteError;
@@ -19,7 +19,7 @@ pub fn write_native(
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
     check(spline)?;
-    let sections = [
+    let mut sections = vec![
         (META, meta(provenance)?),
         (FACES, faces(spline)),
         (VERTICES, vertices(spline)),
@@ -27,6 +27,7 @@ pub fn write_native(
         (CURVES, points(spline.curves.iter().flatten())),
         (INTERIORS, interiors(spline)),
     ];
+    sections.extend(spline.base.clip.as_ref().map(|clip| (CLIP, clip_bytes(clip))));
     let mut header = Vec::new();
     header.extend_from_slice(&MAGIC);
     header.extend_from_slice(&MAJOR.to_le_bytes());
@@ -82,6 +83,12 @@ fn vertices(spline: &TriangularSpline) -> Vec<u8> {
             p.iter().chain(n.iter()).copied().chain(m.transpose().iter().copied().collect::<Vec<_>>());
         bytes.extend(numbers.flat_map(f64::to_le_bytes));
     }
+    bytes
+}
+
+fn clip_bytes(clip: &Clip) -> Vec<u8> {
+    let mut bytes = points([clip.bounds.min, clip.bounds.max].iter());
+    bytes.extend(clip.sides.iter().map(|s| s.bits()));
     bytes
 }
 
