@@ -6,7 +6,7 @@ use isopatch::geom::{Point3, Vec3};
 use isopatch::hull::HermiteMesh;
 use isopatch::mesh::{HalfEdgeMesh, normals};
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The icosahedron with vertices on the unit sphere.
 pub fn icosahedron() -> (Vec<Point3>, Vec<[u32; 3]>) {
@@ -204,11 +204,16 @@ pub fn torus_distance(p: &Point3) -> f64 {
     ((p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.4).abs()
 }
 
-/// A mesh of the test data with Loop normals; none if that is not there. Vertices without faces are left out.
+/// A mesh of the test data with Loop normals; none if that is not there.
 pub fn from_file(name: &str) -> Option<HermiteMesh> {
-    let beside = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
     let folder = std::env::var_os("ISOPATCH_TEST_DATA").map_or(beside, PathBuf::from);
-    let text = std::fs::read_to_string(folder.join("meshes").join(name)).ok()?;
+    read_off(&folder.join("meshes").join(name))
+}
+
+/// Triangles of an OFF file with Loop normals; none if that is not there. Vertices without faces are left out.
+pub fn read_off(path: &Path) -> Option<HermiteMesh> {
+    let text = std::fs::read_to_string(path).ok()?;
     let mut words = text.lines().filter(|l| !l.starts_with('#')).flat_map(str::split_whitespace).skip(1);
     let mut next = || words.next().unwrap();
     let counts: [usize; 3] = std::array::from_fn(|_| next().parse().unwrap());
