@@ -26,6 +26,7 @@ mod edge;
 mod face;
 mod free;
 pub mod grid;
+mod lanes;
 mod locate;
 mod quadric;
 mod shoot;

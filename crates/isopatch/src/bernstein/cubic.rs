@@ -48,14 +48,12 @@ pub fn simple_root(b: &[f64; 4]) -> f64 {
 }
 
 /// Root of the first three terms of P, for `b[1]` > 0 and `b[2]` ≥ 0.
-#[inline(always)]
-pub fn start(b: &[f64; 4]) -> f64 {
+fn start(b: &[f64; 4]) -> f64 {
     -2.0 * b[0] / (3.0 * b[1] + (9.0 * b[1] * b[1] - 12.0 * b[0] * b[2]).sqrt())
 }
 
 /// A step of Newton's method for P.
-#[inline(always)]
-pub fn newton_step(b: &[f64; 4], s: f64) -> f64 {
+fn newton_step(b: &[f64; 4], s: f64) -> f64 {
     let value = ((b[3] * s + 3.0 * b[2]) * s + 3.0 * b[1]) * s + b[0];
     let slope = 3.0 * ((b[3] * s + 2.0 * b[2]) * s + b[1]);
     s - value / slope
