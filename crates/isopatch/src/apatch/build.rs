@@ -1,5 +1,5 @@
 use super::base::Base;
-use super::edge::{Beside, EdgeFunction, EdgeSide};
+use super::edge::{EdgeFunction, EdgeSide, Flank};
 use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
@@ -71,21 +71,27 @@ fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Op
     (FaceFunction { base, sides }, made.map(|side| side.map(|(_, quadric)| quadric)))
 }
 
-/// The cells on the left and the right of an edge on a side.
-fn beside<'a>(hull: &Hull, faces: &'a [FaceFunction], e: EdgeId, side: Side) -> Option<[Beside<'a>; 2]> {
+/// What the cells on the left and the right of an edge give on a side, with their free parameters.
+fn flanks(
+    hull: &Hull,
+    faces: &[FaceFunction],
+    e: EdgeId,
+    side: Side,
+    free: impl Fn(FaceId) -> f64,
+) -> Option<[Flank; 2]> {
     let mesh = hull.data().mesh();
     let [h, g] = hull.data().joint(e)?;
     let of = |h, reversed| {
-        let side = faces[mesh.face(h).index()].sides[side.index()].as_ref()?;
-        Some(Beside { side, edge: mesh.side(h), reversed })
+        let f = mesh.face(h);
+        Some(faces[f.index()].sides[side.index()]?.flank(mesh.side(h), reversed, free(f)))
     };
     Some([of(h, false)?, of(g, true)?])
 }
 
 fn edge_side(hull: &Hull, faces: &[FaceFunction], e: EdgeId, side: Side) -> Option<EdgeSide> {
     let cell = hull.edges()[e.index()].cells[side.index()].as_ref()?;
-    let [left, right] = beside(hull, faces, e, side)?;
-    Some(EdgeSide::new(cell, left, right))
+    let [left, right] = flanks(hull, faces, e, side, |_| 0.0)?;
+    Some(EdgeSide::new(cell, &left, &right))
 }
 
 impl APatchFunction {
@@ -145,14 +151,12 @@ impl APatchFunction {
     /// The function in the cell of an edge on a side.
     pub fn edge_function(&self, e: EdgeId, side: Side) -> Option<EdgeFunction> {
         let (s, mesh) = (side.index(), self.hull.data().mesh());
-        let [left, right] = beside(&self.hull, &self.faces, e, side)?;
-        let [h, g] = self.hull.data().joint(e)?;
-        let b = |h| self.free[mesh.face(h).index()][s];
-        let (a, c) = (left.edge, (left.edge + 1) % 3);
+        let [left, right] = flanks(&self.hull, &self.faces, e, side, |f| self.free[f.index()][s])?;
+        let h = mesh.edge_half_edge(e);
+        let (a, c) = (mesh.side(h), (mesh.side(h) + 1) % 3);
         let base = &self.faces[mesh.face(h).index()].base;
         let e_ij = [base.e[a][c], base.e[c][a]].map(|f| side.sign() * f);
-        let rims = [left.side.rim(left.edge, false, b(h)), right.side.rim(right.edge, true, b(g))];
-        Some(self.edges[e.index()][s].as_ref()?.function(e_ij, rims[0], rims[1]))
+        Some(self.edges[e.index()][s].as_ref()?.function(e_ij, left.rim, right.rim))
     }
 
     fn sufficient_bounds(&self) -> Vec<[f64; 2]> {
@@ -170,13 +174,12 @@ impl APatchFunction {
             for side in Side::BOTH {
                 let (Some(cell), Some([left, right]), Some(joint)) = (
                     &self.edges[e.index()][side.index()],
-                    beside(&self.hull, &self.faces, e, side),
+                    flanks(&self.hull, &self.faces, e, side, |_| 0.0),
                     self.hull.data().joint(e),
                 ) else {
                     continue;
                 };
-                let rims = [left.side.rim(left.edge, false, 0.0), right.side.rim(right.edge, true, 0.0)];
-                for (h, bound) in joint.into_iter().zip(cell.sufficient(&rims[0], &rims[1])) {
+                for (h, bound) in joint.into_iter().zip(cell.sufficient(&left.rim, &right.rim)) {
                     let of_face = &mut bounds[mesh.face(h).index()][side.index()];
                     *of_face = of_face.max(bound);
                 }

@@ -1,5 +1,5 @@
 use super::base::Base;
-use super::face::{FaceSide, layer2};
+use super::face::layer2;
 use crate::hull::EdgeCell;
 
 /// What the cell of a face shows over one of its edges: all that the cell of the edge must continue.
@@ -29,42 +29,32 @@ pub struct EdgeSide {
     pub far: [f64; 2],
 }
 
-/// The side of a face cell with the edge that an edge cell stands on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Beside<'a> {
-    pub side: &'a FaceSide,
-    /// Which edge of the face.
-    pub edge: usize,
-    /// Does that edge run against the edge of the mesh?
-    pub reversed: bool,
-}
-
-impl Beside<'_> {
-    /// Coefficients in the direction from the apex to the third corner m: f_imu, f_jmu, and q of m.
-    fn towards_third(&self) -> ([f64; 2], f64) {
-        let (k, edges) = (self.edge, self.side.layer1.edge);
-        // Edge k + 2 joins the third corner to the start of edge k, edge k + 1 its end.
-        let (at_start, at_end) = (edges[(k + 2) % 3], edges[(k + 1) % 3]);
-        let pair = if self.reversed { [at_end, at_start] } else { [at_start, at_end] };
-        (pair, self.side.q[(k + 2) % 3])
-    }
+/// What the cell on one side of an edge gives to the cell of the edge: its rim, and the coefficients that lead away from it,
+/// to the third corner of the face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flank {
+    /// Over the edge; its free parameter may be left at zero.
+    pub rim: Rim,
+    /// Coefficients with one index at the start or the end of the edge, one at the third corner and one at the apex.
+    pub third: [f64; 2],
+    /// q of layer 2 at the third corner.
+    pub third_q: f64,
 }
 
 impl EdgeSide {
     /// From the cells of the left and the right face (4.15)–(4.17), free parameters left out.
-    pub(super) fn new(cell: &EdgeCell, left: Beside<'_>, right: Beside<'_>) -> Self {
+    pub fn new(cell: &EdgeCell, left: &Flank, right: &Flank) -> Self {
         let [mu_k, mu_i, mu_j, mu_u] = cell.mu;
         let [nu_u, nu_i, nu_j, nu_l] = cell.nu;
         // f_1002 is affine in μ over the four points of the left cell, f_2001 in ν over those of the right cell.
-        let across = |beside: Beside<'_>, [third, i, j, apex]: [f64; 4]| {
-            let rim = beside.side.rim(beside.edge, beside.reversed, 0.0);
-            let (to_third, q_third) = beside.towards_third();
-            let q = rim.q.map(|q| layer2(q, 0.0));
+        let across = |flank: &Flank, [third, i, j, apex]: [f64; 4]| {
+            let Rim { layer1, q, .. } = flank.rim;
+            let q = q.map(|q| layer2(q, 0.0));
             let mixed = [
-                third * to_third[0] + i * rim.layer1[0] + j * rim.layer1[1] + apex * q[0],
-                third * to_third[1] + i * rim.layer1[1] + j * rim.layer1[2] + apex * q[1],
+                third * flank.third[0] + i * layer1[0] + j * layer1[1] + apex * q[0],
+                third * flank.third[1] + i * layer1[1] + j * layer1[2] + apex * q[1],
             ];
-            (mixed, third * layer2(q_third, 0.0) + i * q[0] + j * q[1])
+            (mixed, third * layer2(flank.third_q, 0.0) + i * q[0] + j * q[1])
         };
         let (b, f_1002) = across(left, [mu_k, mu_i, mu_j, mu_u]);
         let (a, f_2001) = across(right, [nu_l, nu_i, nu_j, nu_u]);

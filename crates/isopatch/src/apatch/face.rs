@@ -1,5 +1,5 @@
 use super::base::Base;
-use super::edge::Rim;
+use super::edge::{Flank, Rim};
 use crate::hull::Layer1;
 
 /// The function in the cell of a face on one side, without its free parameter.
@@ -42,11 +42,15 @@ impl FaceSide {
         (value, d)
     }
 
-    /// What the cell shows over edge k, as seen along it or against it.
-    pub fn rim(&self, k: usize, reversed: bool, b: f64) -> Rim {
-        let (i, j) = if reversed { ((k + 1) % 3, k) } else { (k, (k + 1) % 3) };
+    /// What the cell gives to the cell of its edge k, as seen along that edge or against it.
+    pub fn flank(&self, k: usize, reversed: bool, b: f64) -> Flank {
+        let turn = |[start, end]: [usize; 2]| if reversed { [end, start] } else { [start, end] };
+        let [i, j] = turn([k, (k + 1) % 3]);
         let corner = self.layer1.corner;
-        Rim { layer1: [corner[i], self.layer1.edge[k], corner[j]], q: [self.q[i], self.q[j]], b }
+        let rim = Rim { layer1: [corner[i], self.layer1.edge[k], corner[j]], q: [self.q[i], self.q[j]], b };
+        // Edge k + 2 joins the third corner to the start of edge k, edge k + 1 to its end.
+        let third = turn([(k + 2) % 3, (k + 1) % 3]).map(|edge| self.layer1.edge[edge]);
+        Flank { rim, third, third_q: self.q[(k + 2) % 3] }
     }
 }
 

@@ -39,7 +39,7 @@ mod tests;
 
 pub use base::Base;
 pub use build::{APatchFunction, APatchOptions, build};
-pub use edge::{EdgeFunction, EdgeSide, Rim};
+pub use edge::{EdgeFunction, EdgeSide, Flank, Rim};
 pub use face::{FaceFunction, FaceSide};
 pub use free::{Free, FreeRule};
 pub use quadric::Layer2Rule;

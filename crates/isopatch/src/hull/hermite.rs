@@ -12,8 +12,6 @@ pub struct HermiteMesh {
     positions: Vec<Point3>,
     /// Gradient at the origin of each half edge.
     gradients: Vec<Vec3>,
-    /// Is the function C1 across the edge?
-    joined: Vec<bool>,
     diagonal: f64,
 }
 
@@ -87,9 +85,8 @@ impl HermiteMesh {
             }
         }
         let gradients = mesh.half_edges().map(|h| gradients[mesh.origin(h).index()]).collect();
-        let joined = mesh.edges().map(|e| mesh.twin(mesh.edge_half_edge(e)).is_some()).collect();
         let diagonal = Aabb::around(&positions).diagonal();
-        Ok(Self { mesh, positions, gradients, joined, diagonal })
+        Ok(Self { mesh, positions, gradients, diagonal })
     }
 
     /// The connectivity.
@@ -130,6 +127,6 @@ impl HermiteMesh {
     /// The two half edges of an edge across which the function is C1; none for a boundary.
     pub fn joint(&self, e: EdgeId) -> Option<[HalfEdgeId; 2]> {
         let h = self.mesh.edge_half_edge(e);
-        self.mesh.twin(h).filter(|_| self.joined[e.index()]).map(|g| [h, g])
+        self.mesh.twin(h).map(|g| [h, g])
     }
 }
