@@ -17,8 +17,8 @@ pub struct Base {
     pub split: bool,
 }
 
-/// What multiplies the nine data of a base, and its derivatives: see [`Base::terms`].
-pub type Terms = [f64; 9];
+/// What multiplies the nine data of a base in its value, and in its derivatives by the three barycentric coordinates.
+pub type Terms = ([f64; 9], [[f64; 9]; 3]);
 
 impl Base {
     /// Of a face; its edges whose `straight` is set have the function vanish on them.
@@ -129,7 +129,7 @@ impl Base {
     }
 
     /// The factors of the nine [`Base::data`] in the value at x: it is linear in them.
-    pub fn terms(x: [f64; 3], split: bool) -> (Terms, [Terms; 3]) {
+    pub fn terms(x: [f64; 3], split: bool) -> Terms {
         let (mut value, mut d) = ([0.0; 9], [[0.0; 9]; 3]);
         for n in 0..9 {
             let mut unit = Self { e: [[0.0; 3]; 3], middle: [0.0; 3], split };

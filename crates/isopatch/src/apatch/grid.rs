@@ -1,7 +1,7 @@
 //! Many points of a patch at once: the factors of the coefficients are tabulated for fixed parameters, and points are
 //! computed in vector lanes.
 
-use super::base::Base;
+use super::base::{Base, Terms};
 use super::build::APatchFunction;
 use super::edge::Rim;
 use super::lanes::{Found, LANES, Lane, Normals, all, lane, points, quadratic, roots, select, signs, splat};
@@ -101,9 +101,7 @@ impl FaceTable {
 
 impl FaceChunk {
     fn new(points: &[[f64; 3]]) -> Self {
-        let of = |split: bool, f: &dyn Fn(&([f64; 9], [[f64; 9]; 3])) -> f64| {
-            lane(points, |x| f(&Base::terms(x, split)))
-        };
+        let of = |split: bool, f: &dyn Fn(&Terms) -> f64| lane(points, |x| f(&Base::terms(x, split)));
         let both = [false, true];
         Self {
             x: std::array::from_fn(|c| lane(points, |x| x[c])),

@@ -230,6 +230,39 @@ mod tests {
         }
     }
 
+    /// Real roots of a cubic with leading coefficient a₃ ≠ 0 by Cardan's formulas (4.18)–(4.20), the paper's way.
+    fn cardan([a0, a1, a2, a3]: [f64; 4]) -> Vec<f64> {
+        let shift = a2 / (3.0 * a3);
+        let p = a1 / (3.0 * a3) - shift * shift;
+        let q = shift * shift * shift - shift * a1 / (2.0 * a3) + a0 / (2.0 * a3);
+        let discriminant = q * q + p * p * p;
+        if discriminant >= 0.0 {
+            let r = discriminant.sqrt();
+            return vec![(-q + r).cbrt() + (-q - r).cbrt() - shift];
+        }
+        let angle = (-q / (-p).powf(1.5)).clamp(-1.0, 1.0).acos();
+        let turn = std::f64::consts::TAU / 3.0;
+        (0..3).map(|k| 2.0 * (-p).sqrt() * (angle / 3.0 + f64::from(k) * turn).cos() - shift).collect()
+    }
+
+    proptest! {
+        /// Cardan's formulas lose digits, and all of them where the leading coefficient is small.
+        #[test]
+        fn minimal_roots_are_the_first_of_cardan_s(b in prop::array::uniform3(-2.0..2.0f64)) {
+            let b = [-1.0, b[0], b[1], b[2]];
+            let a = monomials(&b);
+            prop_assume!(a[3].abs() > 0.1);
+            let roots = cardan(a);
+            let first = roots.into_iter().filter(|t| (0.0..=1.0).contains(t)).reduce(f64::min);
+            if let (Some(ours), Some(first)) = (minimal_root(&b), first) {
+                // A root is as certain as the value is, divided by the slope.
+                let slope = derivative(&b, ours).abs();
+                prop_assume!(slope > 1e-2);
+                prop_assert!((ours - first).abs() < 1e-11 / slope, "{ours} {first}");
+            }
+        }
+    }
+
     /// Lemma 2.3 by search over s: min over max(g₂, g₃), and over g₃ where b_0 s + b_1 ≤ 0.
     #[test]
     fn the_second_bound_of_the_lemma_is_the_smaller_one() {
