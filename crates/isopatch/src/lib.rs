@@ -72,11 +72,13 @@
 //! Everything is `f64` in model units. Tolerances are options, with lengths relative to the diagonal of the bounding box
 //! of the base mesh's vertices. Nothing depends on the number of threads, and no input makes a function panic.
 
+pub mod apatch;
 pub mod base;
 pub mod bernstein;
 pub mod field;
 pub mod gallery;
 pub mod geom;
+pub mod hull;
 pub mod inspect;
 pub mod io;
 pub mod mesh;

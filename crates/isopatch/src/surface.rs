@@ -45,6 +45,8 @@ pub enum PatchForm<'a> {
         /// (degree + 1)(degree + 2)/2 control points.
         net: &'a [Point3],
     },
+    /// Zero set of a rational cubic in a cell of a hull: it can be sampled, but has no control points.
+    APatch,
 }
 
 /// One side of a seam.
@@ -52,7 +54,8 @@ pub enum PatchForm<'a> {
 pub struct SeamSide {
     /// The patch.
     pub patch: PatchId,
-    /// Which edge of it: for a triangle, edge k runs from corner k to corner k + 1.
+    /// Which edge of it. Of a triangle, edge k runs from corner k to corner k + 1; of a square, edge 0 is v = 0 with u rising,
+    /// edge 1 is u = 1 with v rising, edge 2 is v = 1 with u falling, edge 3 is u = 0 with v falling.
     pub edge: u8,
     /// Does the patch's edge run against the seam?
     pub reversed: bool,
@@ -87,6 +90,16 @@ pub trait Target: Send + Sync {
     fn offsets(&self, points: PointsView<'_>, offset: &mut [f64], normal: PointsMut<'_>);
 }
 
+/// A function whose zero set is a surface, and which knows the inside of it.
+pub trait Volume: Send + Sync {
+    /// Value and gradient of the function at a point; none where it is not defined. The function may vanish away from the
+    /// surface as well, so its sign alone does not say what is inside.
+    fn value(&self, p: Point3) -> Option<(f64, Vec3)>;
+
+    /// Is the point inside the solid that the surface bounds? None if the surface is open.
+    fn is_inside(&self, p: Point3) -> Option<bool>;
+}
+
 /// A smooth surface made of patches that can be sampled.
 pub trait Surface: Send + Sync {
     /// Number of patches.
@@ -111,11 +124,17 @@ pub trait Surface: Send + Sync {
     /// All seams and boundaries.
     fn seams(&self) -> &[Seam];
 
-    /// Mesh vertices at the corners of a patch: patches that share a corner have the same number there.
+    /// Mesh vertices at the corners of a patch: patches that share a corner have the same number there. Of a square, those at
+    /// (0, 0), (1, 0) and (1, 1).
     fn corners(&self, patch: PatchId) -> [u32; 3];
 
     /// A box around a patch.
     fn bounds(&self, patch: PatchId) -> Aabb;
+
+    /// The function behind the surface, if there is one.
+    fn volume(&self) -> Option<&dyn Volume> {
+        None
+    }
 
     /// All patches.
     fn patches(&self) -> Box<dyn Iterator<Item = PatchId>> {

@@ -15,8 +15,10 @@
 //!
 //! Edge k runs from corner k to corner k + 1 (mod 3), counter-clockwise. [`index`] owns this order.
 
+pub mod cubic;
 pub mod curve;
 pub mod energy;
 pub mod index;
 pub mod quads;
+pub mod tetrahedron;
 pub mod triangle;

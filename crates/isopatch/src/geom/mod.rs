@@ -5,12 +5,14 @@
 
 mod aabb;
 mod affine;
+mod box_tree;
 mod interval;
 mod jet;
 mod points;
 
 pub use aabb::Aabb;
 pub use affine::Affine;
+pub use box_tree::BoxTree;
 pub use interval::Interval;
 pub use jet::{Jet, Jets};
 pub use points::{Points, PointsMut, PointsView};

@@ -4,11 +4,16 @@ use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, PointsMut};
 use crate::surface::{PatchForm, PatchId, Surface};
 
-/// Degree and control net of a patch.
+/// Degree and control net of a patch; for a patch without one, a net of NaN, whose figures come out as infinite.
 pub(super) fn net(surface: &dyn Surface, patch: PatchId) -> (usize, &[Point3]) {
-    let PatchForm::BezierTriangle { degree, net } = surface.form(patch);
-    (degree, net)
+    match surface.form(patch) {
+        PatchForm::BezierTriangle { degree, net } => (degree, net),
+        PatchForm::APatch => (1, &NO_NET),
+    }
 }
+
+/// A net of degree 1 that is nowhere.
+static NO_NET: [Point3; 3] = [Point3::new(f64::NAN, f64::NAN, f64::NAN); 3];
 
 /// Samples whose sums are formed together: as many as fit into the registers, three coordinates each.
 const LANES: usize = 4;

@@ -23,6 +23,14 @@ pub enum WriteError {
         /// Its degree.
         degree: usize,
     },
+    /// The format holds Bézier patches, and this is none.
+    #[error("patch {patch} has no control points; {format} needs them")]
+    NoNet {
+        /// The format.
+        format: &'static str,
+        /// The patch.
+        patch: u32,
+    },
     /// There are no patches, and the format has no empty shape.
     #[error("{format} cannot hold a surface without patches")]
     Empty {

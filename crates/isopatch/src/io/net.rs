@@ -15,7 +15,9 @@ pub fn nets<'a>(surface: &'a dyn Surface, format: &'static str) -> Result<Vec<&'
 }
 
 fn net<'a>(surface: &'a dyn Surface, patch: PatchId, format: &'static str) -> Result<&'a Net, WriteError> {
-    let PatchForm::BezierTriangle { degree, net } = surface.form(patch);
+    let PatchForm::BezierTriangle { degree, net } = surface.form(patch) else {
+        return Err(WriteError::NoNet { format, patch: patch.0 });
+    };
     let wrong = WriteError::Degree { format, patch: patch.0, degree };
     if degree != DEGREE {
         return Err(wrong);

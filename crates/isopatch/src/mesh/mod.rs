@@ -16,5 +16,6 @@
 //! half edge 3f + k runs from corner k to corner k + 1.
 
 mod half_edge;
+pub mod normals;
 
 pub use half_edge::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, MeshError, VertexId};

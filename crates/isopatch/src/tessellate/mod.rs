@@ -3,10 +3,12 @@
 //! [`SharedLattice`] numbers the lattice points of all patches so that patches share those on their common
 //! corners and seams; a tessellation is that lattice evaluated, so it has no cracks by construction.
 
+mod a_patches;
 mod basis_table;
 mod shared_lattice;
 mod triangles;
 
+pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};
 pub use basis_table::BasisTable;
 pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
 pub use triangles::{TessellateError, TessellateOptions, Tessellation, tessellate};

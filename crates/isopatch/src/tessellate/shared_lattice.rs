@@ -1,5 +1,5 @@
 use crate::bernstein::index;
-use crate::surface::{PatchId, Surface};
+use crate::surface::{Domain, PatchId, Surface};
 use rayon::prelude::*;
 
 /// The seam that an edge of a patch lies on.
@@ -27,6 +27,12 @@ pub enum SharingError {
     UnusedCorner {
         /// The corner's number.
         vertex: u32,
+    },
+    /// A patch has another domain than a triangle.
+    #[error("patch {patch} is no triangle")]
+    NotATriangle {
+        /// The patch.
+        patch: u32,
     },
     /// More points than 32-bit numbers can tell apart.
     #[error("{points} points are too many to number")]
@@ -56,6 +62,9 @@ const NO_SEAM: u32 = u32::MAX;
 impl SharedLattice {
     /// Numbers the lattices of `n` ≥ 1 intervals an edge.
     pub fn new(surface: &dyn Surface, n: usize) -> Result<Self, SharingError> {
+        if let Some(patch) = surface.patches().find(|p| surface.domain(*p) != Domain::Triangle) {
+            return Err(SharingError::NotATriangle { patch: patch.0 });
+        }
         let corners: Vec<[u32; 3]> = surface.patches().map(|p| surface.corners(p)).collect();
         let edges = edge_uses(surface)?;
         let corner_owner = corner_owners(&corners)?;

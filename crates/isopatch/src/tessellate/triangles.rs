@@ -30,6 +30,12 @@ pub enum TessellateError {
     /// The patches do not say what they share.
     #[error(transparent)]
     Sharing(#[from] SharingError),
+    /// A patch is not defined everywhere: the function of an A-patch has no zero on one of its rays.
+    #[error("patch {patch} is not defined everywhere")]
+    NoRoot {
+        /// The patch.
+        patch: u32,
+    },
 }
 
 /// Largest resolution: a table of 36 weights at more lattice points would need gigabytes.
@@ -83,7 +89,10 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
     if surface.patch_count() == 0 {
         return Vec::new();
     }
-    let PatchForm::BezierTriangle { degree: table_degree, .. } = surface.form(PatchId(0));
+    let table_degree = match surface.form(PatchId(0)) {
+        PatchForm::BezierTriangle { degree, .. } => degree,
+        PatchForm::APatch => 1,
+    };
     let table = BasisTable::new(table_degree, n);
     let parameters = crate::bernstein::triangle::lattice(n);
     lattice.gather(|patch, at| match surface.form(patch) {
@@ -91,7 +100,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
             let t = table.evaluate(net, at);
             (t.point, t.du.cross(&t.dv).normalize())
         }
-        PatchForm::BezierTriangle { .. } => {
+        PatchForm::BezierTriangle { .. } | PatchForm::APatch => {
             let [u, v, _] = parameters[at];
             let sample = surface.sample(patch, [u, v]);
             (sample.point, sample.normal)
@@ -100,7 +109,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
 }
 
 /// The n² triangles of a lattice, counter-clockwise.
-fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
+pub(super) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
     let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
     let inverted = index::indices(n.saturating_sub(2))
         .filter(|_| n >= 2)

@@ -4,6 +4,7 @@
 
 pub mod flat_mesh;
 pub mod golden;
+pub mod meshes;
 pub mod python;
 pub mod step;
 

@@ -1,0 +1,503 @@
+//! Puts apexes over the faces of a mesh and checks what stands between them.
+
+use super::class::{Class, Side, bend};
+use super::edge::{EdgeCell, EdgeFrame};
+use super::face::FaceFrame;
+use super::hermite::HermiteMesh;
+use super::problem::{Problem, Reason};
+use super::repair;
+use crate::geom::{Point3, Vec3};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// How far apexes stay above the tangent planes of their faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Margin {
+    /// Times the smallest distance from the centroid of the face to its edges.
+    Relative(f64),
+    /// A length in model units, as in the paper's figures.
+    Absolute(f64),
+}
+
+impl Margin {
+    fn of(self, face: &FaceFrame) -> f64 {
+        match self {
+            Self::Relative(factor) => factor * face.inner_radius,
+            Self::Absolute(length) => length,
+        }
+    }
+}
+
+/// Where apexes go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ApexRule {
+    /// On the normal of the face, at the height of the paper's §3.1. Gradients are left as they are.
+    Paper,
+    /// On the mean of the vertex normals, as low as layer 1 allows, and higher or elsewhere where that does not fit.
+    Robust(RobustApexes),
+}
+
+/// What the robust rule tries. The defaults are those that were good on fifteen scanned and modelled meshes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobustApexes {
+    /// A vertex normal whose product with the unit normal of a face around it is less gives way to the most visible
+    /// direction; default 0.15.
+    pub visibility: f64,
+    /// The mean of the vertex normals whose product with the unit normal of the face is less gives way to that; default
+    /// 0.3.
+    pub facing: f64,
+    /// Apexes are raised while μ_4 or ν_1 of an edge cell is less; default −0.45, above the −1/2 where the cell fails.
+    pub reach: f64,
+    /// Apexes are raised while an edge cell opens wider than this many radians; default 0.97 π.
+    pub widest: f64,
+    /// What a height is multiplied by; default 1.3.
+    pub raise: f64,
+    /// Most times it is; default 12.
+    pub raises: usize,
+    /// Rounds of other directions and normals for what is still wrong, each linear in the number of such faces; default 3.
+    pub repairs: usize,
+}
+
+impl Default for RobustApexes {
+    fn default() -> Self {
+        Self {
+            visibility: 0.15,
+            facing: 0.3,
+            reach: -0.45,
+            widest: 0.97 * PI,
+            raise: 1.3,
+            raises: 12,
+            repairs: 3,
+        }
+    }
+}
+
+/// Options of [`build`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HullOptions {
+    /// Where apexes go; default robust.
+    pub rule: ApexRule,
+    /// How far they stay above tangent planes; default 0.05 of the distance from the centroid to the edges.
+    pub margin: Margin,
+}
+
+impl Default for HullOptions {
+    fn default() -> Self {
+        Self { rule: ApexRule::Robust(RobustApexes::default()), margin: Margin::Relative(0.05) }
+    }
+}
+
+/// A face of the hull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HullFace {
+    /// How the surface bends over it.
+    pub class: Class,
+    /// Unit direction of the line through the centroid on which its apexes are.
+    pub direction: Vec3,
+    /// Heights of the outer and the inner apex over the centroid, whether the side has a cell or not.
+    pub heights: [f64; 2],
+    /// The apexes of its cells: u on the outer side, v on the inner side.
+    pub apexes: [Option<Point3>; 2],
+}
+
+/// An edge of the hull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HullEdge {
+    /// How the surface bends over it.
+    pub class: Class,
+    /// Its cells on the outer and the inner side.
+    pub cells: [Option<EdgeCell>; 2],
+}
+
+/// The simplicial hull of a mesh.
+#[derive(Clone, Debug)]
+pub struct Hull {
+    data: HermiteMesh,
+    faces: Vec<HullFace>,
+    edges: Vec<HullEdge>,
+    problems: Vec<Problem>,
+    moved_normals: Vec<VertexId>,
+}
+
+impl Hull {
+    /// What is interpolated. Its gradients are those given, but for [`Hull::moved_normals`].
+    pub fn data(&self) -> &HermiteMesh {
+        &self.data
+    }
+
+    /// The faces, in the order of the mesh.
+    pub fn faces(&self) -> &[HullFace] {
+        &self.faces
+    }
+
+    /// The edges, in the order of the mesh; the left face of an edge is that of its half edge.
+    pub fn edges(&self) -> &[HullEdge] {
+        &self.edges
+    }
+
+    /// Every element that is not valid: vertices, then faces, then edges, in order.
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+
+    /// Vertices whose gradient was turned so that it sees the faces around it.
+    pub fn moved_normals(&self) -> &[VertexId] {
+        &self.moved_normals
+    }
+
+    /// Faces that have a problem themselves or at one of their edges, in order.
+    pub fn bad_faces(&self) -> Vec<FaceId> {
+        let mut faces: Vec<FaceId> = self
+            .problems
+            .iter()
+            .flat_map(|problem| match problem {
+                Problem::Vertex { .. } => [None, None],
+                Problem::Face { face, .. } => [Some(*face), None],
+                Problem::Edge { faces, .. } => faces.map(Some),
+            })
+            .flatten()
+            .collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    }
+
+    /// Corners and gradients of a face.
+    pub fn face_frame(&self, f: FaceId) -> FaceFrame {
+        frame(&self.data, f)
+    }
+
+    /// Apexes of the left and the right face of an edge on a side, where it has a cell.
+    pub fn edge_apexes(&self, e: EdgeId, side: Side) -> Option<[Point3; 2]> {
+        apexes_beside(&self.data, &self.faces, e, side)
+    }
+}
+
+fn frame(data: &HermiteMesh, f: FaceId) -> FaceFrame {
+    FaceFrame::new(data.corners(f), data.corner_gradients(f))
+}
+
+fn apexes_beside(data: &HermiteMesh, faces: &[HullFace], e: EdgeId, side: Side) -> Option<[Point3; 2]> {
+    let [h, g] = data.joint(e)?.map(|h| faces[data.mesh().face(h).index()].apexes[side.index()]);
+    Some([h?, g?])
+}
+
+/// Builds the hull of a mesh: classes, apexes, edge cells, and a list of what does not fit.
+///
+/// Linear in the number of faces. The paper's rule follows §3.1; the robust rule then raises apexes, and looks for other
+/// directions and, at the vertices concerned, other normals, for the faces where that fails.
+pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
+    let mut builder = Builder::new(data, options);
+    if let ApexRule::Robust(rule) = options.rule {
+        builder.raise((0..builder.edges.len()).map(EdgeId::from).collect(), &rule);
+        repair::repair(&mut builder, &rule);
+    }
+    builder.finish()
+}
+
+/// A hull in the making. `faults` counts, per face, what is wrong with it and its edges.
+pub(super) struct Builder<'a> {
+    pub data: HermiteMesh,
+    options: &'a HullOptions,
+    pub faces: Vec<HullFace>,
+    face_fault: Vec<Option<Reason>>,
+    edges: Vec<HullEdge>,
+    edge_fault: Vec<Option<Reason>>,
+    faults: Vec<u8>,
+    /// Number of faces with a fault, and number of faults.
+    score: (usize, usize),
+    given: Vec<Vec3>,
+    journal: Vec<Change>,
+}
+
+/// What was there before a change.
+enum Change {
+    Face(FaceId, HullFace),
+    Gradient(HalfEdgeId, Vec3),
+}
+
+impl<'a> Builder<'a> {
+    fn new(mut data: HermiteMesh, options: &'a HullOptions) -> Self {
+        let given = data.mesh().half_edges().map(|h| data.gradient(h)).collect();
+        if let ApexRule::Robust(rule) = options.rule {
+            repair::turn_hidden_normals(&mut data, rule.visibility);
+        }
+        let mesh = data.mesh();
+        let edge_count = mesh.edge_count();
+        let faces: Vec<HullFace> = (0..mesh.face_count())
+            .into_par_iter()
+            .map(|f| {
+                let frame = frame(&data, f.into());
+                placed(&frame, default_direction(&frame, options), options)
+            })
+            .collect();
+        let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
+        let mut builder = Self {
+            faults: vec![0; faces.len()],
+            face_fault: vec![None; faces.len()],
+            edges: vec![blank; edge_count],
+            edge_fault: vec![None; edge_count],
+            score: (0, 0),
+            data,
+            options,
+            faces,
+            given,
+            journal: Vec::new(),
+        };
+        for f in 0..builder.faces.len() {
+            builder.check_face(f.into());
+        }
+        builder.check_edges(&(0..edge_count).map(EdgeId::from).collect::<Vec<_>>());
+        builder
+    }
+
+    pub fn frame(&self, f: FaceId) -> FaceFrame {
+        frame(&self.data, f)
+    }
+
+    pub fn is_bad(&self, f: FaceId) -> bool {
+        self.faults[f.index()] > 0
+    }
+
+    /// Edges that have a fault themselves.
+    pub fn bad_edges(&self) -> Vec<EdgeId> {
+        self.data.mesh().edges().filter(|e| self.is_bad_edge(*e)).collect()
+    }
+
+    pub fn is_bad_edge(&self, e: EdgeId) -> bool {
+        self.edge_fault[e.index()].is_some()
+    }
+
+    pub fn edges_of(&self, f: FaceId) -> [EdgeId; 3] {
+        [0, 1, 2].map(|k| self.data.mesh().edge(HalfEdgeId(3 * f.0 + k)))
+    }
+
+    fn count_fault(&mut self, f: FaceId, by: i32) {
+        let before = self.faults[f.index()];
+        let after = (i32::from(before) + by) as u8;
+        self.faults[f.index()] = after;
+        self.score.0 = self.score.0 + usize::from(after > 0) - usize::from(before > 0);
+        self.score.1 = self.score.1 + usize::from(after) - usize::from(before);
+    }
+
+    fn check_face(&mut self, f: FaceId) {
+        let fault = face_fault(&self.frame(f), &self.faces[f.index()]);
+        let by = i32::from(fault.is_some()) - i32::from(self.face_fault[f.index()].is_some());
+        self.face_fault[f.index()] = fault;
+        self.count_fault(f, by);
+    }
+
+    fn check_edges(&mut self, edges: &[EdgeId]) {
+        let make = |e: &EdgeId| made_edge(&self.data, &self.faces, *e);
+        let made: Vec<HullEdge> = if edges.len() < FEW {
+            edges.iter().map(make).collect()
+        } else {
+            edges.par_iter().map(make).collect()
+        };
+        for (e, edge) in edges.iter().zip(made) {
+            let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
+            let fault = faults.min();
+            let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
+            self.edges[e.index()] = edge;
+            self.edge_fault[e.index()] = fault;
+            if by != 0 {
+                for h in self.data.joint(*e).into_iter().flatten() {
+                    self.count_fault(self.data.mesh().face(h), by);
+                }
+            }
+        }
+    }
+
+    /// Raises the apexes beside edges whose cells are too wide or reach too low, as often as the rule allows.
+    fn raise(&mut self, mut edges: Vec<EdgeId>, rule: &RobustApexes) {
+        for _ in 0..rule.raises {
+            let mut wanted: Vec<(FaceId, Side)> = Vec::new();
+            for e in &edges {
+                for side in Side::BOTH {
+                    let low = |cell: &EdgeCell| {
+                        cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
+                            || cell.angle > rule.widest
+                    };
+                    if self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
+                        let faces = self.data.joint(*e).into_iter().flatten();
+                        wanted.extend(faces.map(|h| (self.data.mesh().face(h), side)));
+                    }
+                }
+            }
+            wanted.sort_unstable();
+            wanted.dedup();
+            if wanted.is_empty() {
+                return;
+            }
+            for (f, side) in &wanted {
+                let mut face = self.faces[f.index()];
+                face.heights[side.index()] *= rule.raise;
+                self.set_face(*f, face);
+            }
+            edges = self.edges_around(wanted.into_iter().map(|(f, _)| f));
+            self.check_edges(&edges);
+        }
+    }
+
+    fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
+        let mut edges: Vec<EdgeId> = faces.flat_map(|f| self.edges_of(f)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Replaces class, direction and heights of a face; apexes follow. Its edges have to be checked.
+    fn set_face(&mut self, f: FaceId, mut face: HullFace) {
+        let frame = self.frame(f);
+        face.apexes = apexes(&frame, &face);
+        self.journal.push(Change::Face(f, self.faces[f.index()]));
+        self.faces[f.index()] = face;
+        self.check_face(f);
+    }
+
+    /// Changes some directions and gradients, and keeps that if fewer faces are bad (or as many with fewer faults).
+    pub fn attempt(
+        &mut self,
+        gradients: &[(HalfEdgeId, Vec3)],
+        directions: &[(FaceId, Vec3)],
+        rule: &RobustApexes,
+    ) -> bool {
+        let before = self.score;
+        self.journal.clear();
+        for (corner, gradient) in gradients {
+            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
+            self.data.set_gradient(*corner, *gradient);
+        }
+        for (f, direction) in directions {
+            let face = placed(&self.frame(*f), *direction, self.options);
+            self.set_face(*f, face);
+        }
+        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+        if self.score < before {
+            return true;
+        }
+        self.roll_back();
+        false
+    }
+
+    fn roll_back(&mut self) {
+        let journal = std::mem::take(&mut self.journal);
+        let mut touched = Vec::new();
+        for change in journal.into_iter().rev() {
+            match change {
+                Change::Face(f, face) => {
+                    self.faces[f.index()] = face;
+                    touched.push(f);
+                }
+                Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        for f in &touched {
+            self.check_face(*f);
+        }
+        let edges = self.edges_around(touched.into_iter());
+        self.check_edges(&edges);
+    }
+
+    /// The direction that a face has before anything is repaired.
+    pub fn default_direction(&self, f: FaceId) -> Vec3 {
+        default_direction(&self.frame(f), self.options)
+    }
+
+    fn finish(self) -> Hull {
+        let mesh = self.data.mesh();
+        let hidden = mesh.vertices().filter(|v| {
+            repair::visibility(&self.data, *v, |h| self.data.gradient(h)).is_some_and(|least| least <= 0.0)
+        });
+        let mut problems: Vec<Problem> =
+            hidden.map(|vertex| Problem::Vertex { vertex, reason: Reason::NoVisibleNormal }).collect();
+        let of_faces = mesh
+            .faces()
+            .filter_map(|face| self.face_fault[face.index()].map(|reason| Problem::Face { face, reason }));
+        problems.extend(of_faces);
+        for edge in mesh.edges() {
+            if let (Some(reason), Some(joint)) = (self.edge_fault[edge.index()], self.data.joint(edge)) {
+                let faces = joint.map(|h| mesh.face(h));
+                problems.push(Problem::Edge { edge, faces, reason });
+            }
+        }
+        let moved =
+            mesh.vertices().filter(|v| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h)));
+        let moved_normals = moved.collect();
+        Hull { faces: self.faces, edges: self.edges, problems, moved_normals, data: self.data }
+    }
+}
+
+/// Fewer edges are not worth sharing out between threads.
+const FEW: usize = 512;
+
+/// μ_4 and ν_1 have to be larger: at −1/2 the free parameter has no hold on the surface over the edge.
+const LEAST_REACH: f64 = -0.5;
+
+/// Mean direction of the gradients of a face for the robust rule, its normal for the paper's.
+fn default_direction(frame: &FaceFrame, options: &HullOptions) -> Vec3 {
+    match options.rule {
+        ApexRule::Paper => frame.normal,
+        ApexRule::Robust(rule) => repair::facing(repair::mean_normal(frame), frame, rule.facing),
+    }
+}
+
+fn classify(frame: &FaceFrame, k: usize) -> Class {
+    let b = (k + 1) % 3;
+    let at = |a: usize, b: usize| bend(&frame.p[a], &frame.p[b], &frame.n[a]);
+    Class::of_edge(at(k, b), at(b, k))
+}
+
+/// A face with its apexes on the line in `direction`.
+fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace {
+    let class = Class::of_face([0, 1, 2].map(|k| classify(frame, k)));
+    let margin = options.margin.of(frame);
+    let heights = Side::BOTH.map(|side| match options.rule {
+        ApexRule::Paper => frame.paper_height(side, &direction, margin),
+        ApexRule::Robust(_) if !class.reaches(side) => 0.0,
+        // Without a valid height, one that does not spoil the neighbours more than needed; the face is reported.
+        ApexRule::Robust(_) => frame.lowest_height(side, &direction, margin).unwrap_or(frame.inner_radius),
+    });
+    let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
+    face.apexes = apexes(frame, &face);
+    face
+}
+
+fn apexes(frame: &FaceFrame, face: &HullFace) -> [Option<Point3>; 2] {
+    Side::BOTH.map(|side| {
+        let height = face.heights[side.index()];
+        face.class.reaches(side).then(|| frame.apex(side, &face.direction, height))
+    })
+}
+
+fn face_fault(frame: &FaceFrame, face: &HullFace) -> Option<Reason> {
+    if !frame.n.iter().all(|n| n.dot(&frame.normal) > 0.0) {
+        return Some(Reason::NoVisibleNormal);
+    }
+    let low = Side::BOTH.into_iter().any(|side| {
+        let apex = face.apexes[side.index()];
+        apex.is_some_and(|apex| !frame.layer1(side, &apex).is_copositive())
+    });
+    low.then_some(Reason::NoApex)
+}
+
+fn made_edge(data: &HermiteMesh, faces: &[HullFace], e: EdgeId) -> HullEdge {
+    let mesh = data.mesh();
+    let h = mesh.edge_half_edge(e);
+    let [i, j] = [mesh.origin(h), mesh.dest(h)].map(|v| data.positions()[v.index()]);
+    let [n_i, n_j] = [h, mesh.next(h)].map(|h| data.gradient(h));
+    let class = Class::of_edge(bend(&i, &j, &n_i), bend(&j, &i, &n_j));
+    let Some([_, g]) = data.joint(e) else { return HullEdge { class, cells: [None; 2] } };
+    let [p_k, p_l] = [h, g].map(|h| data.positions()[mesh.origin(mesh.prev(h)).index()]);
+    let frame = EdgeFrame { p_i: i, p_j: j, p_k, p_l };
+    let cells = Side::BOTH.map(|side| {
+        let [u_k, u_l] = class.reaches(side).then(|| apexes_beside(data, faces, e, side))??;
+        Some(frame.cell(side, &u_k, &u_l))
+    });
+    HullEdge { class, cells }
+}

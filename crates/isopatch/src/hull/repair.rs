@@ -1,0 +1,214 @@
+//! Normals that see their faces, and other directions and normals for faces whose apexes do not fit.
+
+use super::build::{Builder, RobustApexes};
+use super::face::FaceFrame;
+use super::hermite::HermiteMesh;
+use super::visibility::most_visible_direction;
+use crate::geom::Vec3;
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId, normals};
+
+/// Directions closer to the plane of a face than this (as the sine of the angle) are not tried for its apexes.
+const TRIED_FACING: f64 = 0.15;
+
+/// Mean of the unit gradients at the corners.
+pub(super) fn mean_normal(frame: &FaceFrame) -> Vec3 {
+    frame.n.iter().map(Vec3::normalize).sum()
+}
+
+/// `v` as a unit vector, or the normal of the face if it faces that with a product of `least` or less.
+pub(super) fn facing(v: Vec3, frame: &FaceFrame, least: f64) -> Vec3 {
+    v.try_normalize(0.0).filter(|d| d.dot(&frame.normal) > least).unwrap_or(frame.normal)
+}
+
+/// The smallest product of the unit gradients at a vertex with the unit normals of their faces.
+pub(super) fn visibility(
+    data: &HermiteMesh,
+    v: VertexId,
+    gradient: impl Fn(HalfEdgeId) -> Vec3,
+) -> Option<f64> {
+    let mesh = data.mesh();
+    let product = |h| normals::of_face(mesh, data.positions(), mesh.face(h)).dot(&gradient(h).normalize());
+    mesh.ring(v).map(product).min_by(f64::total_cmp)
+}
+
+/// Turns every gradient that sees a face around its vertex under less than `least` into the most visible direction.
+pub(super) fn turn_hidden_normals(data: &mut HermiteMesh, least: f64) {
+    let hidden: Vec<VertexId> = data
+        .mesh()
+        .vertices()
+        .filter(|v| visibility(data, *v, |h| data.gradient(h)).is_some_and(|seen| seen < least))
+        .collect();
+    for v in hidden {
+        if let Some(direction) = most_visible_at(data, v) {
+            let corners: Vec<HalfEdgeId> = data.mesh().ring(v).collect();
+            for h in corners {
+                data.set_gradient(h, data.gradient(h).norm() * direction);
+            }
+        }
+    }
+}
+
+fn most_visible_at(data: &HermiteMesh, v: VertexId) -> Option<Vec3> {
+    let mesh = data.mesh();
+    let around: Vec<Vec3> =
+        mesh.ring(v).map(|h| normals::of_face(mesh, data.positions(), mesh.face(h))).collect();
+    most_visible_direction(&around).map(|(direction, _)| direction)
+}
+
+/// Tries other directions for bad faces, together with the bad faces beside them and alone, then other normals at their
+/// vertices; what makes fewer faces bad is kept.
+pub(super) fn repair(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    for _ in 0..rule.repairs {
+        let bad: Vec<FaceId> = builder.data.mesh().faces().filter(|f| builder.is_bad(*f)).collect();
+        let mut better = false;
+        for cluster in clusters(builder, &bad) {
+            better |= redirect(builder, &cluster, rule);
+            if cluster.len() > 1 {
+                for f in &cluster {
+                    better |= redirect(builder, &[*f], rule);
+                }
+            }
+            better |= turn_normals(builder, &cluster, rule);
+        }
+        for e in builder.bad_edges() {
+            better |= lean(builder, e, rule);
+        }
+        if !better {
+            return;
+        }
+    }
+}
+
+/// The bad faces as sets that hang together over edges.
+fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
+    let mesh = builder.data.mesh();
+    let mut seen = vec![false; mesh.face_count()];
+    let mut found = Vec::new();
+    for seed in bad {
+        if seen[seed.index()] {
+            continue;
+        }
+        seen[seed.index()] = true;
+        let mut cluster = vec![*seed];
+        let mut next = 0;
+        while let Some(f) = cluster.get(next).copied() {
+            next += 1;
+            for g in mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g)) {
+                if builder.is_bad(g) && !seen[g.index()] {
+                    seen[g.index()] = true;
+                    cluster.push(g);
+                }
+            }
+        }
+        found.push(cluster);
+    }
+    found
+}
+
+/// Number of directions that [`candidate`] offers.
+const CANDIDATES: usize = 8;
+
+/// A direction for the apexes of a face: mixtures of its vertex normals, its own normal, and those of its neighbours.
+fn candidate(builder: &Builder<'_>, f: FaceId, which: usize) -> Vec3 {
+    let mesh = builder.data.mesh();
+    let frame = builder.frame(f);
+    let mean = mean_normal(&frame).try_normalize(0.0).unwrap_or(frame.normal);
+    let unit = frame.n.map(|n| n.normalize());
+    let around = || {
+        let beside = mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g));
+        let normal = |f| normals::of_face(mesh, builder.data.positions(), f);
+        beside.map(normal).fold(frame.normal, |sum, n| sum + n)
+    };
+    let direction = match which {
+        0 => mean,
+        1 => mean + frame.normal,
+        2 => frame.normal,
+        3 => around(),
+        4 => 2.0 * mean - frame.normal,
+        // Above all three tangent planes as soon as can be.
+        5 => most_visible_direction(&unit).map_or(mean, |(d, _)| d),
+        6 => most_visible_direction(&unit).map_or(mean, |(d, _)| d + mean),
+        _ => mean + around().try_normalize(0.0).unwrap_or(mean),
+    };
+    facing(direction, &frame, TRIED_FACING)
+}
+
+fn redirect(builder: &mut Builder<'_>, faces: &[FaceId], rule: &RobustApexes) -> bool {
+    let mut better = false;
+    for which in 0..CANDIDATES {
+        if !faces.iter().any(|f| builder.is_bad(*f)) {
+            break;
+        }
+        let directions: Vec<(FaceId, Vec3)> =
+            faces.iter().map(|f| (*f, candidate(builder, *f, which))).collect();
+        better |= builder.attempt(&[], &directions, rule);
+    }
+    better
+}
+
+/// Slopes by which apexes are leaned away from an edge, or towards it.
+const LEANS: [f64; 6] = [0.25, 0.5, 1.0, -0.25, -0.5, -1.0];
+
+/// Leans the apexes on both sides of a bad edge, or on one of them, across the edge.
+fn lean(builder: &mut Builder<'_>, e: EdgeId, rule: &RobustApexes) -> bool {
+    let mut better = false;
+    for which in [[true, true], [true, false], [false, true]] {
+        for slope in LEANS {
+            let Some(joint) = builder.data.joint(e).filter(|_| builder.is_bad_edge(e)) else { return better };
+            let faces = joint.into_iter().zip(which).filter(|(_, wanted)| *wanted);
+            let directions: Vec<(FaceId, Vec3)> = faces.map(|(h, _)| leaned(builder, h, slope)).collect();
+            better |= builder.attempt(&[], &directions, rule);
+        }
+    }
+    better
+}
+
+/// The direction of the face of h, with `slope` times the unit vector in the face away from h added.
+fn leaned(builder: &Builder<'_>, h: HalfEdgeId, slope: f64) -> (FaceId, Vec3) {
+    let mesh = builder.data.mesh();
+    let f = mesh.face(h);
+    let frame = builder.frame(f);
+    let k = mesh.side(h);
+    let edge = (frame.p[(k + 1) % 3] - frame.p[k]).normalize();
+    let away = frame.normal.cross(&edge);
+    (f, facing(builder.faces[f.index()].direction + slope * away, &frame, TRIED_FACING))
+}
+
+/// Tries the angle-weighted, the area-weighted and the most visible normal at each vertex of a cluster.
+fn turn_normals(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
+    let mut vertices: Vec<VertexId> = cluster.iter().flat_map(|f| builder.data.mesh().triangle(*f)).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let mut better = false;
+    for v in vertices {
+        for normal in normals_at(&builder.data, v) {
+            let mesh = builder.data.mesh();
+            let ring: Vec<HalfEdgeId> = mesh.ring(v).collect();
+            let faces: Vec<FaceId> = ring.iter().map(|h| mesh.face(*h)).collect();
+            if !faces.iter().any(|f| builder.is_bad(*f)) {
+                break;
+            }
+            let gradients: Vec<(HalfEdgeId, Vec3)> =
+                ring.iter().map(|h| (*h, builder.data.gradient(*h).norm() * normal)).collect();
+            let directions: Vec<(FaceId, Vec3)> =
+                faces.iter().map(|f| (*f, builder.default_direction(*f))).collect();
+            better |= builder.attempt(&gradients, &directions, rule);
+        }
+    }
+    better
+}
+
+/// Other unit normals for a vertex.
+fn normals_at(data: &HermiteMesh, v: VertexId) -> Vec<Vec3> {
+    let mesh = data.mesh();
+    let (mut by_angle, mut by_area) = (Vec3::zeros(), Vec3::zeros());
+    for h in mesh.ring(v) {
+        let at = |v: VertexId| data.positions()[v.index()];
+        let (o, a, b) = (at(v), at(mesh.dest(h)), at(mesh.origin(mesh.prev(h))));
+        let area = (a - o).cross(&(b - o));
+        by_area += area;
+        by_angle += crate::geom::angle_between(&(a - o), &(b - o)) * area.normalize();
+    }
+    let sums = [by_angle, by_area].into_iter().filter_map(|sum| sum.try_normalize(0.0));
+    sums.chain(most_visible_at(data, v)).collect()
+}
