@@ -13,6 +13,8 @@ use std::collections::{HashMap, HashSet};
 
 /// Rounds of splits at most. A round halves what fails, or nearly so, as it splits no two edges beside each other.
 const SPLIT_ROUNDS: usize = 24;
+/// Rounds in a row after which no fewer faces fail: splits do not help where the mesh is wrong as a whole.
+const MOST_VAIN: usize = 4;
 /// Normals are farther off than this (10°, in radians) where a patch is poor, however near it is.
 const POOR_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Times that edges are split because a curve or a system has no solution.
@@ -73,12 +75,20 @@ impl Finisher<'_> {
 
     /// Splits edges of failing faces, and of those beyond the limits of a base mesh, until there are none; are there none?
     pub fn split_failing(&mut self) -> Result<bool, MakeError> {
+        let (mut least, mut vain) = (usize::MAX, 0);
         for _ in 0..SPLIT_ROUNDS {
             let mut failing = self.failing(&self.work);
             let violations = validity(&self.work.surface.base, &self.options.limits);
             failing.extend(violations.iter().map(|v| v.face.index()));
+            failing.sort_unstable();
+            failing.dedup();
             if failing.is_empty() {
                 return Ok(true);
+            }
+            vain = if failing.len() < least { 0 } else { vain + 1 };
+            least = least.min(failing.len());
+            if vain > MOST_VAIN {
+                break;
             }
             if !self.split(failing)? {
                 break;
