@@ -74,9 +74,13 @@ impl Workshop<'_> {
     ) -> Result<(Patchwork, usize), MakeError> {
         let place: HashMap<u64, usize> = former.stamps.iter().enumerate().map(|(i, s)| (*s, i)).collect();
         let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(s).copied()).collect();
-        let changed: Vec<bool> = old.iter().map(Option::is_none).collect();
+        // A curve that runs the other way differs in its last bits.
+        let turned = |f: usize, o: usize| directions(&base, f) != directions(&former.surface.base, o);
+        let is_changed = |(f, o): (usize, &Option<usize>)| o.is_none_or(|o| turned(f, o));
+        let changed: Vec<bool> = old.iter().enumerate().map(is_changed).collect();
         let fresh = around(&base, &changed);
-        let support = around(&base, &fresh);
+        // With the faces across, the curves opposite to the corners of fresh faces are no boundary curves.
+        let support = beside(&base, &around(&base, &fresh));
         let count = support.iter().filter(|s| **s).count();
         if count as f64 > WHOLE * fresh.len() as f64 {
             return Ok((self.build(base, stamps)?, count));
@@ -202,6 +206,24 @@ fn kept_edges(
 fn edge_at(base: &BaseMesh, face: usize, side: usize) -> usize {
     let h: HalfEdgeId = base.mesh.face_half_edges(FaceId::from(face)).nth(side).unwrap_or(HalfEdgeId(0));
     base.mesh.edge(h).index()
+}
+
+/// Which of the curves of a face run along it?
+fn directions(base: &BaseMesh, face: usize) -> [bool; 3] {
+    let mut along = [false; 3];
+    for (side, h) in base.mesh.face_half_edges(FaceId::from(face)).enumerate() {
+        along[side] = base.mesh.edge_half_edge(base.mesh.edge(h)) == h;
+    }
+    along
+}
+
+/// All faces that share an edge with the given ones, and these.
+fn beside(base: &BaseMesh, faces: &[bool]) -> Vec<bool> {
+    let mesh = &base.mesh;
+    let is_in = |h: HalfEdgeId| faces[mesh.face(h).index()];
+    mesh.faces()
+        .map(|f| faces[f.index()] || mesh.face_half_edges(f).any(|h| mesh.twin(h).is_some_and(is_in)))
+        .collect()
 }
 
 /// All faces that share a vertex with the given ones.
