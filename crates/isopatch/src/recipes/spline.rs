@@ -241,7 +241,7 @@ fn attempt(
         made = work.surface(&mesh, quick, &mut stages);
     }
     let mut wish = work.wish(&made, &mesh, 0);
-    let mut kept = made;
+    let mut kept = made.map(Best::Surface);
     for round in 1..=recipe.rounds {
         // A decimated mesh is changed in places only, unless patches fail.
         let stays = |wish: &Wish| recipe.base.method == BaseMethod::Decimate && wish.reason.is_none();
@@ -257,16 +257,20 @@ fn attempt(
             }
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
+        kept = kept.map(|best| work.put_aside(best));
         let made = work.surface(&mesh, quick, &mut stages);
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
             (Ok(made), Ok(best)) => Ok(work.better_of(made, best)),
             (Err(_), Ok(best)) => Ok(best),
-            (made, Err(_)) => made,
+            (made, Err(_)) => made.map(Best::Surface),
         };
     }
-    let mut kept = kept?;
+    let mut kept = match kept? {
+        Best::Surface(kept) => kept,
+        Best::Mesh { mesh, .. } => work.surface(&mesh, quick, &mut stages)?,
+    };
     let mut reached = true;
     if let Size::Tolerance(tolerance) = recipe.size {
         if recipe.given.is_none() {
@@ -312,6 +316,16 @@ struct Work<'a> {
     formula: Formula,
     bounds: Aabb,
     recipe: &'a SplineRecipe,
+}
+
+/// The best surface so far.
+enum Best {
+    Surface(Round),
+    /// Its mesh, over which it can be built again.
+    Mesh {
+        mesh: BaseMesh,
+        score: (f64, f64),
+    },
 }
 
 /// A surface with its errors.
@@ -486,14 +500,32 @@ impl Work<'_> {
         Some(wish)
     }
 
-    /// The better one: with a tolerance, the one from which fewer faces are to be expected when it is kept; or else that
-    /// with fewer bad patches, or as many and a smaller error.
-    fn better_of(&self, made: Round, best: Round) -> Round {
-        let score = |r: &Round| match self.recipe.size {
-            Size::Tolerance(tolerance) => (expected_faces(&r.work.patches, MARGIN * tolerance), 0.0),
-            Size::Automatic | Size::Faces(_) => (r.bad_patches() as f64, r.max_distance()),
+    /// Less is better: with a tolerance, the number of faces to be expected when it is kept; or else the number of bad
+    /// patches, then the error.
+    fn score(&self, round: &Round) -> (f64, f64) {
+        match self.recipe.size {
+            Size::Tolerance(tolerance) => (expected_faces(&round.work.patches, MARGIN * tolerance), 0.0),
+            Size::Automatic | Size::Faces(_) => (round.bad_patches() as f64, round.max_distance()),
+        }
+    }
+
+    /// The best surface while the next one is built: of a large one only the mesh is kept.
+    fn put_aside(&self, best: Best) -> Best {
+        match (best, self.recipe.size) {
+            (Best::Surface(round), Size::Automatic | Size::Faces(_)) => {
+                let score = self.score(&round);
+                Best::Mesh { mesh: round.work.surface.base, score }
+            }
+            (best, _) => best,
+        }
+    }
+
+    fn better_of(&self, made: Round, best: Best) -> Best {
+        let score = match &best {
+            Best::Surface(round) => self.score(round),
+            Best::Mesh { score, .. } => *score,
         };
-        if score(&best) < score(&made) { best } else { made }
+        if score < self.score(&made) { best } else { Best::Surface(made) }
     }
 
     /// Shorter edges where a curve or a system has no solution.

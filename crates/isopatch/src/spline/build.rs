@@ -139,6 +139,7 @@ pub fn rebuild(
     solve_edges(&base.mesh, &curves, &weights, &mu1, kept, &mut nets)?;
     let fixed: Vec<bool> = base.mesh.edges().map(|e| rows_of(kept, e).is_some()).collect();
     fit::refit_free_points(&mut nets, &footprints);
+    drop(footprints);
     fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
     for _ in 0..options.relaxation_steps {
         relax(&base.mesh, &edge_lambdas(&weights), &fixed, &mut nets, target, options.relaxation_weight);

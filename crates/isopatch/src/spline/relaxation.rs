@@ -21,7 +21,7 @@ use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, Vec3};
 use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::Target;
-use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -79,7 +79,7 @@ const BOUNDARY_MOVES: RowMoves = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]];
 struct Side {
     edge: usize,
     /// Points 2, 3, 4 of the row in the net, from the start of the edge's curve on.
-    points: [usize; 3],
+    points: [u8; 3],
     moves: RowMoves,
 }
 
@@ -88,7 +88,7 @@ impl Side {
         let e = mesh.edge(h);
         let left = mesh.edge_half_edge(e) == h;
         let points = std::array::from_fn(|m| {
-            index::row(DEGREE, mesh.side(h), 1, if left { m + 2 } else { DEGREE - 3 - m })
+            index::row(DEGREE, mesh.side(h), 1, if left { m + 2 } else { DEGREE - 3 - m }) as u8
         });
         let [p, r] = row_moves(lambda[e.index()]);
         let moves = match mesh.twin(h) {
@@ -113,7 +113,7 @@ fn sides_of(mesh: &HalfEdgeMesh, f: FaceId, lambda: &[[f64; 2]]) -> Sides {
 struct Local {
     /// Of the edges: lower triangle by rows, and right side.
     matrix: [f32; SIDES * (SIDES + 1) / 2],
-    right: SVector<f64, SIDES>,
+    right: [f32; SIDES],
     /// Step of the free points: `step` − `coupling` · step of the edges.
     coupling: [[f32; SIDES]; INNER],
     step: SVector<f64, INNER>,
@@ -130,12 +130,18 @@ pub(super) fn relax(
     tangential_weight: f64,
 ) {
     let sides: Vec<Sides> = mesh.faces().map(|f| sides_of(mesh, f, lambda)).collect();
-    let locals: Vec<Vec<Option<Local>>> = nets
-        .par_chunks(BATCH)
-        .zip(sides.par_chunks(BATCH))
-        .map(|(nets, sides)| locals_of_batch(nets, sides, target, tangential_weight))
-        .collect();
-    let locals: Vec<Option<Local>> = locals.into_iter().flatten().collect();
+    // Filled in place: gathered from batches, they would for a moment be there twice.
+    let mut locals: Vec<Option<Local>> = Vec::new();
+    locals.resize_with(nets.len(), || None);
+    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH).zip(sides.par_chunks(BATCH))).for_each(
+        |(locals, (nets, sides))| {
+            for (local, found) in
+                locals.iter_mut().zip(locals_of_batch(nets, sides, target, tangential_weight))
+            {
+                *local = found;
+            }
+        },
+    );
     let mut steps = edge_steps(fixed, &sides, &locals);
     for (net, sides) in nets.iter().zip(&sides) {
         for (k, side) in sides.iter().enumerate() {
@@ -183,7 +189,8 @@ impl Local {
         for (k, side) in sides.iter().enumerate() {
             for (point, moves) in side.points.iter().zip(&side.moves) {
                 for j in 0..OF_EDGE {
-                    (0..SAMPLES).for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[*point][s]);
+                    (0..SAMPLES)
+                        .for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[usize::from(*point)][s]);
                 }
             }
         }
@@ -231,7 +238,7 @@ impl Local {
         let mut lower = (0..SIDES).flat_map(|r| (0..=r).map(move |c| (r, c)));
         Some(Self {
             matrix: std::array::from_fn(|_| lower.next().map_or(0.0, |at| schur[at] as f32)),
-            right,
+            right: std::array::from_fn(|i| right[i] as f32),
             coupling: std::array::from_fn(|r| std::array::from_fn(|c| coupling[(r, c)] as f32)),
             step,
         })
@@ -296,17 +303,18 @@ fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<
             |(i, local): (usize, &Option<Local>)| local.as_ref().map_or_else(SVector::zeros, |l| f(i, l));
         sum_of(&locals.par_iter().enumerate().with_min_len(BATCH).map(one).collect::<Vec<_>>())
     };
-    let preconditioner = own_blocks(edges, sides, locals);
+    // The blocks are small sums; kept, they would take more memory than the surface.
+    let beside = patches_beside(edges, sides);
     let precondition = |r: &[Step]| -> Vec<Step> {
-        let solve = |(r, p): (&Step, &Option<Cholesky<f64, Const<EDGE>>>)| {
-            p.as_ref().map_or_else(Step::zeros, |p| p.solve(r))
+        let solve = |(r, beside): (&Step, &[Option<(u32, u8)>; 2])| {
+            own_block(beside, locals).cholesky().map_or_else(Step::zeros, |block| block.solve(r))
         };
-        r.iter().zip(&preconditioner).map(solve).collect()
+        r.par_iter().zip(&beside).with_min_len(BATCH).map(solve).collect()
     };
     let product = |a: &[Step], b: &[Step]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
 
     let mut x = vec![Step::zeros(); edges];
-    let mut residual = of_locals(&|_, local| local.right);
+    let mut residual = of_locals(&|_, local| SVector::from_fn(|i, _| f64::from(local.right[i])));
     let mut direction = precondition(&residual);
     let mut energy = product(&residual, &direction);
     for _ in 0..ITERATIONS {
@@ -328,21 +336,29 @@ fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<
     x
 }
 
-/// The blocks of the edges on the diagonal, factored.
-fn own_blocks(
-    edges: usize,
-    sides: &[Sides],
-    locals: &[Option<Local>],
-) -> Vec<Option<Cholesky<f64, Const<EDGE>>>> {
-    let mut blocks = vec![SMatrix::<f64, EDGE, EDGE>::zeros(); edges];
-    for (sides, local) in sides.iter().zip(locals) {
-        let Some(local) = local else { continue };
+/// The patches beside each edge, with the side that the edge is of them.
+fn patches_beside(edges: usize, sides: &[Sides]) -> Vec<[Option<(u32, u8)>; 2]> {
+    let mut beside = vec![[None; 2]; edges];
+    for (f, sides) in sides.iter().enumerate() {
         for (k, side) in sides.iter().enumerate() {
-            blocks[side.edge] +=
-                SMatrix::<f64, EDGE, EDGE>::from_fn(|r, c| local.at(EDGE * k + r, EDGE * k + c));
+            let [first, second] = &mut beside[side.edge];
+            let place = if first.is_none() { first } else { second };
+            *place = Some((f as u32, k as u8));
         }
     }
-    blocks.into_iter().map(SMatrix::cholesky).collect()
+    beside
+}
+
+/// The block of an edge on the diagonal.
+fn own_block(beside: &[Option<(u32, u8)>; 2], locals: &[Option<Local>]) -> SMatrix<f64, EDGE, EDGE> {
+    let mut block = SMatrix::<f64, EDGE, EDGE>::zeros();
+    for (f, k) in beside.iter().flatten() {
+        if let Some(local) = &locals[*f as usize] {
+            let k = EDGE * usize::from(*k);
+            block += SMatrix::<f64, EDGE, EDGE>::from_fn(|r, c| local.at(k + r, k + c));
+        }
+    }
+    block
 }
 
 fn move_net(net: &mut Net, sides: &Sides, local: Option<&Local>, steps: &[Step]) {
@@ -350,7 +366,7 @@ fn move_net(net: &mut Net, sides: &Sides, local: Option<&Local>, steps: &[Step])
         let step = &steps[side.edge];
         for (point, moves) in side.points.iter().zip(&side.moves) {
             for j in 0..OF_EDGE {
-                net[*point] -= moves[j] * step.fixed_rows::<3>(3 * j);
+                net[usize::from(*point)] -= moves[j] * step.fixed_rows::<3>(3 * j);
             }
         }
     }
@@ -409,7 +425,7 @@ mod tests {
         let mut at = (0..SIDES).flat_map(|r| (0..=r).map(move |c| (r, c)));
         let local = Local {
             matrix: std::array::from_fn(|_| at.next().map_or(0.0, |(r, c)| entry(r, c) as f32)),
-            right: SVector::zeros(),
+            right: [0.0; SIDES],
             coupling: [[0.0; SIDES]; INNER],
             step: SVector::zeros(),
         };
