@@ -1,0 +1,50 @@
+//! A vertex for every fan of faces.
+
+use super::polygons::{Edges, Joined, NONE};
+
+/// The vertices of a manifold with the given pairs of half edges.
+#[derive(Clone, Debug)]
+pub(super) struct Fans {
+    /// Vertex of each corner: one of the input's, or a copy, with numbers after those.
+    pub vertex: Vec<u32>,
+    /// The vertex that each copy is of.
+    pub copies: Vec<u32>,
+}
+
+/// Gives every fan of faces around a vertex a vertex of its own. The fan of the first corner keeps the vertex.
+pub(super) fn fans(vertex_count: usize, edges: &Edges, mate: &[u32]) -> Fans {
+    let mut fan = Joined::new(edges.half_edge_count());
+    for h in 0..edges.half_edge_count() as u32 {
+        let g = mate[h as usize];
+        if g == NONE || g < h {
+            continue;
+        }
+        let (after_h, after_g) = (edges.next[h as usize], edges.next[g as usize]);
+        if edges.ascends(g) == edges.ascends(h) {
+            fan.join(h, g);
+            fan.join(after_h, after_g);
+        } else {
+            fan.join(h, after_g);
+            fan.join(after_h, g);
+        }
+    }
+    let mut is_taken = vec![false; vertex_count];
+    let mut vertex = vec![NONE; edges.half_edge_count()];
+    let mut copies = Vec::new();
+    for corner in 0..edges.half_edge_count() {
+        let root = fan.root(corner as u32) as usize;
+        if root == corner {
+            let v = edges.origin[corner];
+            vertex[corner] = if std::mem::replace(&mut is_taken[v as usize], true) {
+                copies.push(v);
+                (vertex_count + copies.len() - 1) as u32
+            } else {
+                v
+            };
+        } else {
+            // A root is the smallest corner of its fan, so it has its vertex already.
+            vertex[corner] = vertex[root];
+        }
+    }
+    Fans { vertex, copies }
+}
