@@ -33,13 +33,8 @@ pub struct Component {
     pub is_oriented: bool,
     /// The signed volume in cubic model units, if it is closed and oriented: positive if normals point outward.
     pub volume: Option<f64>,
-}
-
-impl Component {
     /// Is it closed and oriented with normals that point inward? So is the surface of a void in another component.
-    pub fn is_inside_out(&self) -> bool {
-        self.volume.is_some_and(|volume| volume < 0.0)
-    }
+    pub is_inside_out: bool,
 }
 
 /// The findings of [`check`]; lists are in ascending order.
@@ -102,7 +97,7 @@ impl fmt::Display for MeshCheck {
     /// One line with the size, and one for each kind of finding that there is.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let closed = self.components.iter().filter(|c| c.is_closed).count();
-        let inside_out = self.components.iter().filter(|c| c.is_inside_out()).count();
+        let inside_out = self.components.iter().filter(|c| c.is_inside_out).count();
         write!(f, "{} vertices, {} faces, ", self.vertices, self.faces)?;
         write!(f, "{} components ({closed} closed), Euler number {}", self.components.len(), self.euler)?;
         for (count, what) in [
@@ -139,7 +134,7 @@ pub fn check<F: AsRef<[u32]>>(positions: &[Point3], faces: &[F]) -> MeshCheck {
     let is_finite = |v: u32| positions[v as usize].iter().all(|x| x.is_finite());
     found.not_finite = (0..positions.len() as u32).filter(|v| !is_finite(*v)).collect();
     let usable = usable(positions, faces, &mut found);
-    let scaled = scaled(positions, &usable);
+    let (scaled, unit) = scaled(positions, &usable);
     found.coincident = coincident(positions, (0..positions.len() as u32).filter(|v| is_finite(*v)), 0.0);
     found.duplicates = duplicates(&usable).iter().map(|pair| pair.map(|f| usable.source(f))).collect();
     found.flat = usable.iter().filter(|(_, c)| is_flat(&scaled, c)).map(|(source, _)| source).collect();
@@ -153,7 +148,7 @@ pub fn check<F: AsRef<[u32]>>(positions: &[Point3], faces: &[F]) -> MeshCheck {
     found.non_manifold_vertices = split_vertices(&fans, &found.non_manifold_edges);
     found.holes = holes(positions, &edges, &mate, &fans);
     let flood = flood(usable.len(), &edges, &mate);
-    found.components = components(positions, &usable, &edges, &mate, &flood);
+    found.components = components(&scaled, unit, &usable, &edges, &mate, &flood);
     let used = positions.len() + fans.copies.len() - found.unused.len();
     found.euler = (used + usable.len() + pairs().count()) as i64 - edges.half_edge_count() as i64;
     found
@@ -227,8 +222,10 @@ fn holes(positions: &[Point3], edges: &Edges, mate: &[u32], fans: &Fans) -> Vec<
     holes
 }
 
+/// `positions` are in multiples of `unit`.
 fn components(
     positions: &[Point3],
+    unit: f64,
     polygons: &Polygons,
     edges: &Edges,
     mate: &[u32],
@@ -240,6 +237,7 @@ fn components(
         is_closed: true,
         is_oriented: true,
         volume: None,
+        is_inside_out: false,
     };
     let mut found: Vec<Component> = flood.first.iter().map(new).collect();
     let of = |h: u32| flood.component[edges.face[h as usize] as usize] as usize;
@@ -254,7 +252,9 @@ fn components(
         six_volumes[c] += six_volume(positions, corners, &origin);
     }
     for (component, six_volume) in found.iter_mut().zip(six_volumes) {
-        component.volume = (component.is_closed && component.is_oriented).then_some(six_volume / 6.0);
+        let is_body = component.is_closed && component.is_oriented;
+        component.volume = is_body.then_some(six_volume / 6.0 * unit * unit * unit);
+        component.is_inside_out = is_body && six_volume < 0.0;
     }
     found
 }

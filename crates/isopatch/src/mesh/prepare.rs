@@ -103,7 +103,7 @@ pub fn prepare<F: AsRef<[u32]>>(
 ) -> Result<Prepared, MeshFault> {
     let mut log = Log::default();
     let polygons = accepted(positions, faces)?;
-    let scaled = scaled(positions, &polygons);
+    let (scaled, _) = scaled(positions, &polygons);
     let polygons = welded(polygons, &scaled, options, &mut log)?;
     let polygons = without_repeated_corners(polygons, &mut log);
     let polygons = without_duplicates(polygons, &mut log);
@@ -157,8 +157,8 @@ fn accepted<F: AsRef<[u32]>>(positions: &[Point3], faces: &[F]) -> Result<Polygo
 }
 
 /// The positions relative to the centre of the box of all corners and to half its longest side, so that no product of
-/// theirs overflows or vanishes. Vertices without a face are at the centre.
-pub(super) fn scaled(positions: &[Point3], polygons: &Polygons) -> Vec<Point3> {
+/// theirs overflows or vanishes; and that half. Vertices without a face are at the centre.
+pub(super) fn scaled(positions: &[Point3], polygons: &Polygons) -> (Vec<Point3>, f64) {
     let mut is_used = vec![false; positions.len()];
     polygons.corners().iter().for_each(|v| is_used[*v as usize] = true);
     let used = || positions.iter().zip(&is_used).filter(|(_, used)| **used).map(|(p, _)| p);
@@ -167,11 +167,8 @@ pub(super) fn scaled(positions: &[Point3], polygons: &Polygons) -> Vec<Point3> {
     let center = 0.5 * bounds.min + 0.5 * bounds.max;
     let half = (0.5 * bounds.max - 0.5 * bounds.min).max();
     let unit = if half > 0.0 { half } else { 1.0 };
-    positions
-        .iter()
-        .zip(&is_used)
-        .map(|(p, used)| if *used { (p - center) / unit } else { Point3::zeros() })
-        .collect()
+    let scaled = |(p, used): (&Point3, &bool)| if *used { (p - center) / unit } else { Point3::zeros() };
+    (positions.iter().zip(&is_used).map(scaled).collect(), unit)
 }
 
 fn welded(
