@@ -156,11 +156,11 @@ fn stitching_round(
     log: &mut Log,
 ) -> Option<Polygons> {
     let edges = Edges::new(polygons);
-    let mut faces_at = vec![0u32; edges.half_edge_count()];
+    let mut edge_of = vec![0u32; edges.half_edge_count()];
     for (e, half_edges) in edges.iter().enumerate() {
-        half_edges.iter().for_each(|h| faces_at[*h as usize] = e as u32);
+        half_edges.iter().for_each(|h| edge_of[*h as usize] = e as u32);
     }
-    let others = |h: usize| edges.of(faces_at[h] as usize).iter().copied().filter(move |g| *g as usize != h);
+    let at = |h: usize| edges.of(edge_of[h] as usize);
     let mut changed: HashMap<usize, Vec<Vec<u32>>> = HashMap::new();
     for f in (0..polygons.len()).filter(|f| flat[*f]) {
         let range = polygons.range(f);
@@ -168,19 +168,18 @@ fn stitching_round(
             (positions[edges.dest[*h] as usize] - positions[edges.origin[*h] as usize]).norm_squared()
         };
         let Some(longest) = range.clone().max_by(|a, b| length(a).total_cmp(&length(b))) else { continue };
-        let short_are_free = range.clone().filter(|h| *h != longest).all(|h| others(h).count() == 0);
+        let short_are_free = range.clone().filter(|h| *h != longest).all(|h| at(h).len() == 1);
         let source = Place::Face(polygons.source(f));
-        let beyond: Vec<u32> = others(longest).collect();
         if changed.contains_key(&f) {
             continue;
         }
-        if short_are_free || beyond.is_empty() {
+        if short_are_free || at(longest).len() == 1 {
             changed.insert(f, Vec::new());
             log.note(RepairKind::FlatFace, source);
             continue;
         }
-        let ([g], 3) = (&beyond[..], range.len()) else { continue };
-        let g = *g as usize;
+        let ([g, h], 3) = (at(longest), range.len()) else { continue };
+        let g = if *g as usize == longest { *h as usize } else { *g as usize };
         let neighbour = edges.face[g] as usize;
         let middle = edges.dest[edges.next[longest] as usize];
         let taken = flat[neighbour] || changed.contains_key(&neighbour);

@@ -29,10 +29,11 @@ pub(super) fn pair(polygons: &Polygons, edges: &Edges, positions: &[Point3], log
         return mate;
     }
     let sheets = flood(polygons.len(), edges, &mate);
+    let areas: Vec<Vec3> = polygons.iter().map(|(_, corners)| area_vector(positions, corners)).collect();
     for half_edges in edges.iter().filter(|h| h.len() > 2) {
         log.note(RepairKind::CutEdge, edges.place(half_edges[0]));
         let rest = pair_within_sheets(half_edges, edges, &sheets, &mut mate);
-        pair_around_bodies(&rest, polygons, edges, positions, &sheets, &mut mate);
+        pair_around_bodies(&rest, &areas, edges, positions, &sheets, &mut mate);
     }
     mate
 }
@@ -68,7 +69,7 @@ fn pair_within_sheets(half_edges: &[u32], edges: &Edges, sheets: &Flood, mate: &
 /// d × t counter-clockwise of it, hence the body clockwise; its partner is the next face there.
 fn pair_around_bodies(
     half_edges: &[u32],
-    polygons: &Polygons,
+    areas: &[Vec3],
     edges: &Edges,
     positions: &[Point3],
     sheets: &Flood,
@@ -78,7 +79,7 @@ fn pair_around_bodies(
     if count == 0 || count % 2 == 1 {
         return;
     }
-    let Some(mut around) = angles(half_edges, polygons, edges, positions) else { return };
+    let Some(mut around) = angles(half_edges, areas, edges, positions) else { return };
     around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let along: Vec<bool> = around.iter().map(|(_, h)| ascends(*h, edges, sheets)).collect();
     let wedge = |i: usize| match i {
@@ -96,7 +97,7 @@ fn pair_around_bodies(
 /// The angle of each half edge's face around the edge, with the half edge; none if the edge or a face has no extent.
 fn angles(
     half_edges: &[u32],
-    polygons: &Polygons,
+    areas: &[Vec3],
     edges: &Edges,
     positions: &[Point3],
 ) -> Option<Vec<(f64, u32)>> {
@@ -105,10 +106,10 @@ fn angles(
     let across = axis.cross(&Vec3::ith(axis.iamin(), 1.0)).try_normalize(0.0)?;
     let third = axis.cross(&across);
     let angle = |h: u32| {
-        let corners = polygons.face(edges.face[h as usize] as usize);
+        let area = areas[edges.face[h as usize] as usize];
         // The area vector belongs to the face as it is listed, and with it the direction of the half edge.
         let direction = if edges.ascends(h) { axis } else { -axis };
-        let inward = area_vector(positions, corners).cross(&direction).try_normalize(0.0)?;
+        let inward = area.cross(&direction).try_normalize(0.0)?;
         Some((inward.dot(&third).atan2(inward.dot(&across)), h))
     };
     half_edges.iter().map(|h| angle(*h)).collect()

@@ -32,6 +32,12 @@ impl Polygons {
         self.source.push(source);
     }
 
+    /// The same faces, with every vertex replaced.
+    pub fn renumbered(mut self, by: &[u32]) -> Self {
+        self.corners.iter_mut().for_each(|v| *v = by[*v as usize]);
+        self
+    }
+
     /// Number of faces.
     pub fn len(&self) -> usize {
         self.end.len()

@@ -104,7 +104,8 @@ pub fn prepare<F: AsRef<[u32]>>(
     let mut log = Log::default();
     let polygons = accepted(positions, faces)?;
     let (scaled, _) = scaled(positions, &polygons);
-    let polygons = welded(polygons, &scaled, options, &mut log)?;
+    let kept = welds(&polygons, &scaled, options, &mut log)?;
+    let polygons = polygons.renumbered(&kept);
     let polygons = without_repeated_corners(polygons, &mut log);
     let polygons = without_duplicates(polygons, &mut log);
     let polygons = without_flat_faces(polygons, &scaled, &mut log);
@@ -115,11 +116,17 @@ pub fn prepare<F: AsRef<[u32]>>(
     let mut mate = pair(&polygons, &edges, &scaled, &mut log);
     let turned = orient(&polygons, &edges, &scaled, &mut mate, &mut log);
     let fans = fans(positions.len(), &edges, &mate);
-    for v in &fans.copies {
-        log.note(RepairKind::SplitVertex, Place::Vertex(*v));
-    }
-    let (faces, vertex_source) = compacted(&polygons, &fans, &turned, positions.len());
-    note_unused(&vertex_source, positions.len(), &mut log);
+    let names = fans.names(positions.len(), |corner, v| {
+        let f = edges.face[corner] as usize;
+        before_welding(
+            faces[polygons.source(f) as usize].as_ref(),
+            corner - polygons.range(f).start,
+            v,
+            &kept,
+        )
+    });
+    let (faces, vertex_source) = compacted(&polygons, &fans, &turned, &names);
+    note_vertices(&vertex_source, &kept, &mut log);
     let positions: Vec<Point3> = vertex_source.iter().map(|v| positions[*v as usize]).collect();
     let named = |error| in_numbers_of_the_input(error, &vertex_source);
     HalfEdgeMesh::from_faces(positions.len(), &faces).map_err(named)?;
@@ -171,67 +178,74 @@ pub(super) fn scaled(positions: &[Point3], polygons: &Polygons) -> (Vec<Point3>,
     (positions.iter().zip(&is_used).map(scaled).collect(), unit)
 }
 
-fn welded(
-    polygons: Polygons,
+/// For every vertex the one that takes its place.
+fn welds(
+    polygons: &Polygons,
     scaled: &[Point3],
     options: &PrepareOptions,
     log: &mut Log,
-) -> Result<Polygons, MeshFault> {
+) -> Result<Vec<u32>, MeshFault> {
     let tolerance = options.weld_tolerance;
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(MeshFault::Tolerance { tolerance });
     }
     let diagonal = Aabb::around(scaled).diagonal();
-    let kept = weld(scaled, &Edges::new(&polygons), tolerance * diagonal, diagonal);
-    let mut is_clean = true;
+    let kept = weld(scaled, &Edges::new(polygons), tolerance * diagonal, diagonal);
     for (v, kept) in kept.iter().enumerate().filter(|(v, kept)| *v != **kept as usize) {
-        is_clean = false;
         log.note(RepairKind::WeldedVertex, Place::VertexInto(v as u32, *kept));
     }
-    if is_clean {
-        return Ok(polygons);
-    }
-    let mut result = Polygons::with_capacity(polygons.len(), polygons.corners().len());
-    for (source, corners) in polygons.iter() {
-        result.push(source, corners.iter().map(|v| kept[*v as usize]));
-    }
-    Ok(result)
+    Ok(kept)
 }
 
-/// The faces turned as they must be, with vertices numbered without gaps; and the input's number of every vertex.
-fn compacted(
-    polygons: &Polygons,
-    fans: &Fans,
-    turned: &[bool],
-    vertex_count: usize,
-) -> (Vec<Vec<u32>>, Vec<u32>) {
-    let mut number = vec![0u32; vertex_count + fans.copies.len()];
-    fans.vertex.iter().for_each(|v| number[*v as usize] = 1);
-    let mut source = Vec::new();
-    for (v, number) in number.iter_mut().enumerate().filter(|(_, used)| **used == 1) {
-        *number = source.len() as u32;
-        source.push(if v < vertex_count { v as u32 } else { fans.copies[v - vertex_count] });
+/// The corner of a face that became `v`; the one at `place`, unless the face has changed since.
+fn before_welding(face: &[u32], place: usize, v: u32, kept: &[u32]) -> u32 {
+    let was = |w: &&u32| kept[**w as usize] == v;
+    face.get(place).filter(was).or_else(|| face.iter().find(was)).copied().unwrap_or(v)
+}
+
+/// The faces turned as they must be, with vertices numbered without gaps in the order of their names, copies last; and
+/// those names.
+fn compacted(polygons: &Polygons, fans: &Fans, turned: &[bool], names: &[u32]) -> (Vec<Vec<u32>>, Vec<u32>) {
+    let mut is_used = vec![false; names.len()];
+    fans.vertex.iter().for_each(|v| is_used[*v as usize] = true);
+    let mut is_named = vec![false; names.len()];
+    let mut order: Vec<(bool, u32, usize)> = Vec::new();
+    for id in (0..names.len()).filter(|id| is_used[*id]) {
+        let is_copy = std::mem::replace(&mut is_named[names[id] as usize], true);
+        order.push((is_copy, names[id], id));
+    }
+    order.sort_unstable();
+    let mut number = vec![0u32; names.len()];
+    for (new, (_, _, id)) in order.iter().enumerate() {
+        number[*id] = new as u32;
     }
     let faces = (0..polygons.len()).map(|f| {
-        let mut face: Vec<u32> = fans.vertex[polygons.range(f)].iter().map(|v| number[*v as usize]).collect();
+        let corners = fans.vertex[polygons.range(f)].iter();
+        let mut face: Vec<u32> = corners.map(|v| number[*v as usize]).collect();
         if turned[f] {
             face[1..].reverse();
         }
         face
     });
-    (faces.collect(), source)
+    (faces.collect(), order.iter().map(|(_, name, _)| *name).collect())
 }
 
-/// Vertices of the input that are neither in the result nor welded into one that is.
-fn note_unused(vertex_source: &[u32], count: usize, log: &mut Log) {
-    let mut is_accounted = vec![false; count];
-    vertex_source.iter().for_each(|v| is_accounted[*v as usize] = true);
-    for place in log.places(RepairKind::WeldedVertex) {
-        if let Place::VertexInto(v, _) = place {
-            is_accounted[*v as usize] = true;
+/// Notes vertices that are there more than once, and those that are neither there nor welded to another one; forgets
+/// welds that fell apart into the same vertices again.
+fn note_vertices(vertex_source: &[u32], kept: &[u32], log: &mut Log) {
+    let mut times = vec![0u32; kept.len()];
+    for v in vertex_source {
+        times[*v as usize] += 1;
+        if times[*v as usize] > 1 {
+            log.note(RepairKind::SplitVertex, Place::Vertex(*v));
         }
     }
-    for v in (0..count).filter(|v| !is_accounted[*v]) {
+    let is_gone = |v: usize| times[v] == 0;
+    log.retain(
+        RepairKind::WeldedVertex,
+        |place| !matches!(place, Place::VertexInto(v, _) if !is_gone(*v as usize)),
+    );
+    for v in (0..kept.len()).filter(|v| is_gone(*v) && kept[*v] as usize == *v) {
         log.note(RepairKind::UnusedVertex, Place::Vertex(v as u32));
     }
 }

@@ -148,9 +148,10 @@ impl Log {
         }
     }
 
-    /// The places of one kind.
-    pub fn places(&self, kind: RepairKind) -> &[Place] {
-        self.0.iter().find(|r| r.kind == kind).map_or(&[], |r| &r.places)
+    /// Forgets the places of one kind that `keep` turns down.
+    pub fn retain(&mut self, kind: RepairKind, keep: impl Fn(&Place) -> bool) {
+        self.0.iter_mut().filter(|r| r.kind == kind).for_each(|r| r.places.retain(&keep));
+        self.0.retain(|r| !r.places.is_empty());
     }
 
     /// All that was noted.
