@@ -68,8 +68,8 @@ fn prepared(name: &str, mesh: &PolygonMesh) -> Prepared {
     assert_eq!(summary.holes.len(), half_edges.boundary_loop_count(), "{name}");
     assert_eq!(summary.components.len(), half_edges.component_count(), "{name}");
     assert!(summary.components.iter().all(|c| !c.is_inside_out), "{name}: {summary}");
-    let at_place = |(p, v): (_, &u32)| *p == mesh.positions[*v as usize];
-    assert!(found.positions.iter().zip(&found.vertex_source).all(at_place), "{name}");
+    let places: Vec<_> = found.vertex_source.iter().map(|v| mesh.positions[*v as usize]).collect();
+    assert_eq!(found.positions, places, "{name}");
     found
 }
 
