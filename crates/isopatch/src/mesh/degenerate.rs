@@ -2,6 +2,7 @@
 
 use super::polygons::{Edges, Polygons};
 use super::repairs::{Log, Place, RepairKind};
+use super::walls::other_sides;
 use crate::geom::{Point3, Vec3};
 use rayon::slice::ParallelSliceMut;
 use std::collections::HashMap;
@@ -90,14 +91,16 @@ pub(super) fn duplicates(polygons: &Polygons) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// The faces without those that have the corners of an earlier one.
+/// The faces without those that have the corners of an earlier one; those on the other side of a wall between two bodies
+/// stay.
 pub(super) fn without_duplicates(polygons: Polygons, log: &mut Log) -> Polygons {
     let pairs = duplicates(&polygons);
     if pairs.is_empty() {
         return polygons;
     }
     let mut dropped = vec![false; polygons.len()];
-    for [f, kept] in pairs {
+    let is_other_side = other_sides(&polygons, &pairs);
+    for ([f, kept], _) in pairs.into_iter().zip(is_other_side).filter(|(_, is_other_side)| !is_other_side) {
         dropped[f] = true;
         let place = Place::FaceLike(polygons.source(f), polygons.source(kept));
         log.note(RepairKind::DuplicateFace, place);

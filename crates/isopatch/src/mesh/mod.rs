@@ -28,6 +28,7 @@ mod pairing;
 mod polygons;
 mod prepare;
 mod repairs;
+mod walls;
 mod weld;
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Which two half edges meet in an edge, where more than two could.
 
-use super::degenerate::area_vector;
+use super::degenerate::{area_vector, duplicates};
 use super::orient::{Flood, flood};
 use super::polygons::{Edges, NONE, Polygons};
 use super::repairs::{Log, RepairKind};
@@ -15,7 +15,7 @@ const SMALLEST_WEDGE: f64 = 1e-9;
 /// Two faces at an edge are partners. Where more meet, the edges with two faces hold the surface together as sheets:
 /// two faces of one sheet are partners (a body with a fin, two bodies that touch along an edge). The faces that remain
 /// are partners if they alternate in direction around the edge, two with the body between them; else the sheets end
-/// there. Directions are used only in comparison within a sheet, or as most faces of each sheet have them.
+/// there. Faces at a wall, which is there once for each of two bodies, are paired around the bodies first. Directions are used only in comparison within a sheet, or as most faces of each sheet have them.
 pub(super) fn pair(polygons: &Polygons, edges: &Edges, positions: &[Point3], log: &mut Log) -> Vec<u32> {
     let mut mate = vec![NONE; edges.half_edge_count()];
     let mut is_manifold = true;
@@ -30,8 +30,14 @@ pub(super) fn pair(polygons: &Polygons, edges: &Edges, positions: &[Point3], log
     }
     let sheets = flood(polygons.len(), edges, &mate);
     let areas: Vec<Vec3> = polygons.iter().map(|(_, corners)| area_vector(positions, corners)).collect();
+    let mut is_wall = vec![false; polygons.len()];
+    duplicates(polygons).iter().flatten().for_each(|f| is_wall[*f] = true);
     for half_edges in edges.iter().filter(|h| h.len() > 2) {
         log.note(RepairKind::CutEdge, edges.place(half_edges[0]));
+        let at_wall = half_edges.iter().any(|h| is_wall[edges.face[*h as usize] as usize]);
+        if at_wall && pair_around_bodies(half_edges, &areas, edges, positions, &sheets, &mut mate) {
+            continue;
+        }
         let rest = pair_within_sheets(half_edges, edges, &sheets, &mut mate);
         pair_around_bodies(&rest, &areas, edges, positions, &sheets, &mut mate);
     }
@@ -63,10 +69,11 @@ fn pair_within_sheets(half_edges: &[u32], edges: &Edges, sheets: &Flood, mate: &
     rest
 }
 
-/// Pairs half edges that alternate in direction around their edge.
+/// Pairs half edges that alternate in direction around their edge; says whether they do.
 ///
 /// Looking against the edge's direction d, a face in direction t whose half edge runs along d has its outward normal
-/// d × t counter-clockwise of it, hence the body clockwise; its partner is the next face there.
+/// d × t counter-clockwise of it, hence the body clockwise; its partner is the next face there. Of two faces at one
+/// angle, that one comes first counter-clockwise: their bodies are on either side.
 fn pair_around_bodies(
     half_edges: &[u32],
     areas: &[Vec3],
@@ -74,24 +81,29 @@ fn pair_around_bodies(
     positions: &[Point3],
     sheets: &Flood,
     mate: &mut [u32],
-) {
+) -> bool {
     let count = half_edges.len();
     if count == 0 || count % 2 == 1 {
-        return;
+        return false;
     }
-    let Some(mut around) = angles(half_edges, areas, edges, positions) else { return };
+    let Some(mut around) = angles(half_edges, areas, edges, positions) else { return false };
     around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let along: Vec<bool> = around.iter().map(|(_, h)| ascends(*h, edges, sheets)).collect();
-    let wedge = |i: usize| match i {
-        0 => around[0].0 + TAU - around[count - 1].0,
-        _ => around[i].0 - around[i - 1].0,
-    };
-    if (0..count).any(|i| along[i] == along[(i + 1) % count] || wedge(i) < SMALLEST_WEDGE) {
-        return;
+    let along = |(_, h): (f64, u32)| ascends(h, edges, sheets);
+    let before = |i: usize| (i + count - 1) % count;
+    let wedge = |from: (f64, u32), to: (f64, u32)| (to.0 - from.0).rem_euclid(TAU);
+    for i in 0..count {
+        let (a, b) = (around[before(i)], around[i]);
+        if wedge(a, b) < SMALLEST_WEDGE && along(b) && !along(a) {
+            around.swap(before(i), i);
+        }
     }
-    for i in (0..count).filter(|i| along[*i]) {
-        join(mate, around[i].1, around[(i + count - 1) % count].1);
+    let alternate = (0..count).all(|i| along(around[i]) != along(around[before(i)]));
+    let bodies = || (0..count).filter(|i| along(around[*i])).map(|i| (around[before(i)], around[i]));
+    if !alternate || bodies().any(|(a, b)| wedge(a, b) < SMALLEST_WEDGE) {
+        return false;
     }
+    bodies().for_each(|(a, b)| join(mate, a.1, b.1));
+    true
 }
 
 /// The angle of each half edge's face around the edge, with the half edge; none if the edge or a face has no extent.

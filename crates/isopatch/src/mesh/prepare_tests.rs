@@ -217,6 +217,34 @@ fn a_wall_inside_a_body_leaves_three_open_sheets() {
     assert_eq!((found.summary.components.len(), found.summary.holes.len()), (3, 3));
 }
 
+/// Every cell with all of its faces, over shared vertices, as welding makes of an STL file with bodies that touch.
+#[test]
+fn bodies_that_share_a_wall_are_taken_apart() {
+    for cells in [vec![[0, 0, 0], [1, 0, 0]], vec![[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]] {
+        let bodies: Vec<_> = cells.iter().map(|c| cube(c.map(f64::from), 1.0)).collect();
+        let (p, faces) = joined(&bodies);
+        let soup: Vec<Point3> = faces.iter().flatten().map(|v| p[*v as usize]).collect();
+        // Triangles, so that walls have an inner edge.
+        let halves = |f: u32| [vec![4 * f, 4 * f + 1, 4 * f + 2], vec![4 * f, 4 * f + 2, 4 * f + 3]];
+        let found = prepared(&(soup, (0..faces.len() as u32).flat_map(halves).collect()));
+        assert!(found.summary.components.iter().all(|c| c.volume == Some(1.0)), "{}", found.summary);
+        assert_eq!(found.summary.components.len(), cells.len());
+        assert_eq!(places(&found, RepairKind::DuplicateFace), []);
+    }
+}
+
+#[test]
+fn two_sided_sheets_and_doubled_bodies_become_single() {
+    let (p, faces) = cube([0.0; 3], 1.0);
+    let doubled = |faces: &[Vec<u32>]| -> Faces {
+        faces.iter().cloned().chain(faces.iter().map(|f| reversed(f))).collect()
+    };
+    for kept in [6, 4] {
+        let found = prepared(&(p.clone(), doubled(&faces[..kept])));
+        assert_eq!((found.faces.len(), places(&found, RepairKind::DuplicateFace).len()), (kept, kept));
+    }
+}
+
 #[test]
 fn inside_out_bodies_are_turned_and_voids_are_not() {
     let inward = |(p, faces): (Vec<Point3>, Faces)| (p, faces.iter().map(|f| reversed(f)).collect::<Faces>());

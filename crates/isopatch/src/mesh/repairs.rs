@@ -37,7 +37,7 @@ pub enum RepairKind {
     WeldedVertex,
     /// A face that names a vertex twice became its simple loops, or nothing if it has none.
     RepeatedCorner,
-    /// One of several faces with the same corners was dropped.
+    /// One of several faces with the same corners was dropped. (A wall that two bodies have in common is no case of it.)
     DuplicateFace,
     /// A face without area was dropped.
     FlatFace,
