@@ -141,7 +141,8 @@ pub(super) fn without_flat_faces(mut polygons: Polygons, positions: &[Point3], l
             return polygons;
         }
         match stitching_round(&polygons, &flat, positions, log) {
-            Some(changed) => polygons = changed,
+            // Parts of a face that was split may be there already.
+            Some(changed) => polygons = without_duplicates(changed, log),
             None => break,
         }
     }

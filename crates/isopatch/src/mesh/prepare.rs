@@ -128,9 +128,11 @@ pub fn prepare<F: AsRef<[u32]>>(
     let (faces, vertex_source) = compacted(&polygons, &fans, &turned, &names);
     note_vertices(&vertex_source, &kept, &mut log);
     let positions: Vec<Point3> = vertex_source.iter().map(|v| positions[*v as usize]).collect();
-    let named = |error| in_numbers_of_the_input(error, &vertex_source);
-    HalfEdgeMesh::from_faces(positions.len(), &faces).map_err(named)?;
     let summary = check(&positions, &faces);
+    if !summary.is_oriented_manifold() {
+        let named = |error| in_numbers_of_the_input(error, &vertex_source);
+        HalfEdgeMesh::from_faces(positions.len(), &faces).map_err(named)?;
+    }
     let face_source = (0..polygons.len()).map(|f| polygons.source(f)).collect();
     Ok(Prepared { positions, faces, vertex_source, face_source, repairs: log.into_repairs(), summary })
 }

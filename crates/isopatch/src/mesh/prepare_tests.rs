@@ -442,3 +442,14 @@ proptest! {
         }
     }
 }
+
+/// Found by the test above: stitching a flat face made a triangle that was there already.
+#[test]
+fn parts_of_a_stitched_face_that_are_there_already_are_dropped() {
+    let p =
+        [[-1.0, -1.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.5, 0.0, 0.0]].map(Point3::from).to_vec();
+    let found = prepared(&(p, vec![vec![0, 2, 3], vec![1, 0, 2], vec![1, 2, 3]]));
+    assert_eq!(places(&found, RepairKind::FlatFaceStitched), [Place::Face(2)]);
+    assert_eq!(places(&found, RepairKind::DuplicateFace), [Place::FaceLike(1, 0)]);
+    assert_eq!(found.faces.len(), 2);
+}

@@ -9,6 +9,9 @@ use std::collections::hash_map::Entry;
 /// no finer than that, and the cells of the grid would have numbers that `i64` can't tell apart.
 const EXACT: f64 = 1e-15;
 
+/// Width of a cell of the grid in tolerances: a ball of that radius then meets three or four cells on average, not 27.
+const CELL_WIDTH: f64 = 4.0;
+
 /// For every vertex the one that takes its place: itself, or a vertex with a smaller number.
 ///
 /// A vertex takes part if it is on an edge that has not two faces; a vertex with faces all around needs no partner,
@@ -60,27 +63,26 @@ fn equal(positions: &[Point3], candidates: impl Iterator<Item = u32>) -> Vec<[u3
     pairs
 }
 
-/// Vertices that stay are further apart than the tolerance, so a cell of that width holds only a few of them.
+/// Vertices that stay are further apart than the tolerance, so a cell holds no more than some hundred of them.
 fn within(positions: &[Point3], candidates: impl Iterator<Item = u32>, tolerance: f64) -> Vec<[u32; 2]> {
-    let cell = |p: &Point3| p.map(|x| (x / tolerance).floor() as i64);
-    let neighbours = |c: nalgebra::Vector3<i64>| {
-        (0..27i64)
-            .map(move |i| [i % 3, i / 3 % 3, i / 9].map(|d| d - 1))
-            .map(move |d| [c.x.saturating_add(d[0]), c.y.saturating_add(d[1]), c.z.saturating_add(d[2])])
+    let cell = |p: Point3| p.map(|x| (x / (CELL_WIDTH * tolerance)).floor() as i64);
+    let cells_around = |p: &Point3| {
+        let (lo, hi) = (cell(p.add_scalar(-tolerance)), cell(p.add_scalar(tolerance)));
+        (lo.x..=hi.x)
+            .flat_map(move |x| (lo.y..=hi.y).flat_map(move |y| (lo.z..=hi.z).map(move |z| [x, y, z])))
     };
     let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
     let mut pairs = Vec::new();
     for v in candidates {
         let p = &positions[v as usize];
-        let home = cell(p);
-        let near = neighbours(home)
+        let near = cells_around(p)
             .filter_map(|c| kept.get(&c))
             .flatten()
             .filter(|k| (positions[**k as usize] - p).norm() <= tolerance)
             .min();
         match near {
             Some(k) => pairs.push([v, *k]),
-            None => kept.entry(home.into()).or_default().push(v),
+            None => kept.entry(cell(*p).into()).or_default().push(v),
         }
     }
     pairs
