@@ -103,17 +103,22 @@ impl HalfEdgeMesh {
         let mut face_start = Vec::with_capacity(faces.len() + 1);
         let (mut origin, mut face_of) = (Vec::new(), Vec::new());
         face_start.push(0);
+        let mut last_face = vec![NONE; vertex_count];
         for (f, corners) in faces.iter().enumerate() {
-            let (f, corners) = (f as u32, corners.as_ref());
-            let repeated = corners.iter().enumerate().any(|(i, v)| corners[..i].contains(v));
-            if corners.len() < 3 || repeated {
-                return Err(MeshError::DegenerateFace { face: f });
+            let (face, corners) = (f as u32, corners.as_ref());
+            if corners.len() < 3 {
+                return Err(MeshError::DegenerateFace { face });
             }
-            if let Some(&vertex) = corners.iter().find(|v| **v as usize >= vertex_count) {
-                return Err(MeshError::NoSuchVertex { face: f, vertex, count: vertex_count as u32 });
+            for &vertex in corners {
+                let Some(last) = last_face.get_mut(vertex as usize) else {
+                    return Err(MeshError::NoSuchVertex { face, vertex, count: vertex_count as u32 });
+                };
+                if std::mem::replace(last, face) == face {
+                    return Err(MeshError::DegenerateFace { face });
+                }
             }
             origin.extend_from_slice(corners);
-            face_of.resize(origin.len(), f);
+            face_of.resize(origin.len(), face);
             face_start.push(origin.len() as u32);
         }
         let mut mesh = Self {

@@ -1,4 +1,7 @@
-//! Connectivity of polygon meshes; it knows no coordinates.
+//! Polygon meshes: connectivity that knows no coordinates, and the way to it from files as people have them.
+//!
+//! [`HalfEdgeMesh`] is the connectivity of an oriented manifold. [`check`] says what keeps faces from being one, and
+//! [`prepare`] repairs what it can, with a list of what was done, or refuses by name.
 //!
 //! ```text
 //!            b                 half edge h: a → b, face(h) on its left
@@ -15,7 +18,24 @@
 //! The half edges of face f are consecutive and start at the face's first vertex, so in a triangle mesh
 //! half edge 3f + k runs from corner k to corner k + 1.
 
+mod check;
+mod degenerate;
+mod fans;
 mod half_edge;
+mod nesting;
 pub mod normals;
+mod orient;
+mod pairing;
+mod polygons;
+mod prepare;
+mod repairs;
+mod walls;
+mod weld;
 
+#[cfg(test)]
+mod prepare_tests;
+
+pub use check::{Component, Hole, MeshCheck, check};
 pub use half_edge::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, MeshError, VertexId};
+pub use prepare::{MeshFault, PrepareOptions, Prepared, prepare};
+pub use repairs::{MeshRepair, Place, RepairKind};
