@@ -5,7 +5,7 @@
 //! ```
 
 use super::patchwork::{MakeError, Patchwork, Workshop};
-use super::refine::is_bad;
+use super::refine::misses;
 use crate::base::{BaseMesh, BaseOptions, Change, Draft, validity};
 use crate::inspect::PatchDeviation;
 use crate::mesh::{FaceId, VertexId};
@@ -13,8 +13,10 @@ use std::collections::{HashMap, HashSet};
 
 /// Rounds of splits at most. A round halves what fails, or nearly so, as it splits no two edges beside each other.
 const SPLIT_ROUNDS: usize = 24;
-/// Rounds in a row after which no fewer faces fail: splits do not help where the mesh is wrong as a whole.
+/// Splits do not help where the mesh is wrong as a whole: rounds in a row without fewer failures, where more than this share
+/// of the faces fail.
 const MOST_VAIN: usize = 4;
+const MANY_FAILING: f64 = 0.05;
 /// Normals are farther off than this (10°, in radians) where a patch is poor, however near it is.
 const POOR_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Times that edges are split because a curve or a system has no solution.
@@ -64,8 +66,7 @@ impl Finisher<'_> {
     }
 
     fn fails(&self, patch: &PatchDeviation) -> bool {
-        // A NaN fails.
-        is_bad(patch) || patch.max_normal_error > POOR_NORMAL || !(patch.max_distance <= self.tolerance)
+        misses(patch, self.tolerance) || patch.max_normal_error > POOR_NORMAL
     }
 
     /// Faces whose patches will not do.
@@ -73,7 +74,8 @@ impl Finisher<'_> {
         (0..work.patches.len()).filter(|f| self.fails(&work.patches[*f])).collect()
     }
 
-    /// Splits edges of failing faces, and of those beyond the limits of a base mesh, until there are none; are there none?
+    /// Splits edges of failing faces, and of those beyond the limits of a base mesh, until there are none; does no patch
+    /// fail any more?
     pub fn split_failing(&mut self) -> Result<bool, MakeError> {
         let (mut least, mut vain) = (usize::MAX, 0);
         for _ in 0..SPLIT_ROUNDS {
@@ -87,7 +89,8 @@ impl Finisher<'_> {
             }
             vain = if failing.len() < least { 0 } else { vain + 1 };
             least = least.min(failing.len());
-            if vain > MOST_VAIN {
+            let many = failing.len() as f64 > MANY_FAILING * self.work.patches.len() as f64;
+            if vain > MOST_VAIN && many {
                 break;
             }
             if !self.split(failing)? {

@@ -28,6 +28,11 @@ pub(super) fn is_bad(patch: &PatchDeviation) -> bool {
     patch.folded || patch.max_normal_error > crate::inspect::NORMAL_ERROR_LIMIT
 }
 
+/// Is the patch bad, or farther than `tolerance` from the zero set? So is one whose distance is not a number.
+pub(super) fn misses(patch: &PatchDeviation, tolerance: f64) -> bool {
+    is_bad(patch) || patch.max_distance > tolerance || patch.max_distance.is_nan()
+}
+
 /// Edge lengths for which every patch would have the error `goal` (relative to the diagonal).
 pub(super) fn lengths_for_error(base: &BaseMesh, patches: &[PatchDeviation], goal: f64) -> Wish {
     wish(base, |face| {

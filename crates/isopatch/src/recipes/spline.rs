@@ -10,7 +10,7 @@ use super::differentiable::{Defect, explain, find_defect};
 use super::finish::Finisher;
 use super::least::least_that_works;
 use super::patchwork::{MakeError, Patchwork, Workshop};
-use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, shorter_at};
+use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, misses, shorter_at};
 use crate::base::{
     self, BaseError, BaseMesh, BaseMethod, BaseOptions, BaseOutcome, Draft, Repair, SeedOptions,
 };
@@ -159,7 +159,8 @@ const TOLERANCE_ANISOTROPY: f64 = 3.0;
 pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
     let error = match attempt(formula, recipe, None, progress) {
         Err(error) => error,
-        fitted => return fitted,
+        Ok(fitted) if fitted.reached || recipe.given.is_some() => return Ok(fitted),
+        Ok(missed) => return Ok(nearer(formula, recipe, missed, progress)),
     };
     if recipe.given.is_some() || !error.asks_for_more_faces() {
         return Err(error);
@@ -185,6 +186,24 @@ const SEARCH_ROUNDS: usize = 2;
 /// Growth of the first mesh, and the largest that is tried, where the curvature asks for too few faces.
 const MORE: f64 = 1.6;
 const MOST_FIRST: usize = 40_000;
+
+/// First meshes that are tried where the tolerance was missed, as multiples of what the faces were then.
+const FINER: [f64; 3] = [1.5, 2.5, 4.0];
+
+/// The first surface from a finer first mesh that keeps the tolerance, or else the one that missed it.
+fn nearer(formula: &Formula, recipe: &SplineRecipe, missed: Fitted, progress: &dyn Fn(&str)) -> Fitted {
+    let faces = missed.surface.nets.len() as f64;
+    for factor in FINER {
+        let count = 2 * (0.5 * factor * faces) as usize;
+        if let Ok(mut fitted) = attempt(formula, recipe, Some(count.min(recipe.most_faces)), progress)
+            && fitted.reached
+        {
+            fitted.repairs.push(remade(count, "the tolerance was missed from a coarser mesh"));
+            return fitted;
+        }
+    }
+    missed
+}
 
 /// Tries larger and larger first meshes, where the curvature alone asked for too few faces.
 fn from_more_faces(
@@ -453,7 +472,7 @@ impl Work<'_> {
         let (surface, diagonal) = (&work.surface, work.surface.base.diagonal());
         let (area, box_) = (extent(surface).area, Some(self.bounds));
         coverage(surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
-            .filter(|c| !(c.max_distance <= tolerance))
+            .filter(|c| c.max_distance > tolerance || c.max_distance.is_nan())
             .map(|c| c.worst_patch)
     }
 
@@ -558,7 +577,7 @@ impl Round {
 
     /// Number of patches that are bad or beyond the tolerance.
     fn failing(&self, tolerance: f64) -> usize {
-        self.work.patches.iter().filter(|p| is_bad(p) || !(p.max_distance <= MARGIN * tolerance)).count()
+        self.work.patches.iter().filter(|p| misses(p, MARGIN * tolerance)).count()
     }
 
     fn require_no_folds(&self) -> Result<(), RecipeError> {
