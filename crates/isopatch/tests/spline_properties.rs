@@ -124,7 +124,7 @@ fn seam_faults(spline: &TriangularSpline) -> (f64, f64) {
 }
 
 #[test]
-fn the_sphere_is_approached_with_high_order() {
+fn the_sphere_is_approached() {
     let error = |levels| {
         let (positions, faces) = icosphere(levels);
         let spline = spline_over(sphere_base(positions, &faces));
@@ -132,14 +132,12 @@ fn the_sphere_is_approached_with_high_order() {
             spline.patches().flat_map(|p| [[0.2, 0.3], [0.4, 0.4], [0.1, 0.8], [0.0, 0.5]].map(|uv| (p, uv)));
         samples.map(|(p, uv)| (spline.sample(p, uv).point.norm() - 1.0).abs()).fold(0.0, f64::max)
     };
-    // Order 6 for the boundary curves, 4 to 4.5 for the patches on irregular meshes. An independent program reached
-    // 8.7e-8 with 1,280 faces.
+    // Without relaxation, an independent program reached 8.7e-8 with 1,280 faces. Relaxation gains most on coarse meshes,
+    // which lowers the order that is seen between them.
     let errors = [error(1), error(2), error(3)];
-    for pair in errors.windows(2) {
-        let order = (pair[0] / pair[1]).log2();
-        assert!(order > 3.5, "order {order:.2} from {errors:?}");
-    }
-    assert!(errors[2] < 1.1e-7, "{errors:?}");
+    let order = (errors[0] / errors[2]).log2() / 2.0;
+    assert!(order > 2.5, "order {order:.2} from {errors:?}");
+    assert!(errors[0] < 2e-6 && errors[1] < 1e-6 && errors[2] < 4e-8, "{errors:?}");
 }
 
 #[test]

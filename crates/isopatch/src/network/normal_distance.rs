@@ -17,9 +17,7 @@ use crate::geom::{Points, Vec3};
 use crate::surface::Target;
 use nalgebra::{SMatrix, SVector};
 
-/// Weight of any motion from the present curve beside the distance along the normal: the first, and its factors after a
-/// step that counts and one that does not.
-const FIRST_DAMPING: f64 = 1e-4;
+/// Factors of [`CurveOptions::damping`] after a step that counts and one that does not.
 const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 30.0;
 
@@ -31,13 +29,16 @@ pub(super) fn reduce_normal_distance(
     ends: &[Ends],
     fits: &mut [Fit],
 ) {
+    if options.damping == 0.0 {
+        return plain_steps(target, options, ends, fits);
+    }
     let start: Vec<Fit> = fits.to_vec();
     let origin = sample_points(ends, fits);
     let weight = options.tangential_weight;
     let mut best = NormalBatch::new(ends.len());
     let mut sums = best.evaluate(target, &origin, &origin, weight);
     let mut trial = NormalBatch::new(ends.len());
-    let mut damping = vec![FIRST_DAMPING; ends.len()];
+    let mut damping = vec![options.damping; ends.len()];
     let mut next = fits.to_vec();
     for _ in 0..options.normal_distance_steps {
         for (i, next) in next.iter_mut().enumerate() {
@@ -54,6 +55,32 @@ pub(super) fn reduce_normal_distance(
             } else {
                 damping[i] *= MORE_DAMPING;
             }
+        }
+    }
+}
+
+/// All steps of Gauss and Newton, whether or not they are good ones; then (9b) is restored, and a curve keeps its result
+/// only if the sum of squared offsets fell.
+fn plain_steps(target: &dyn Target, options: &CurveOptions, ends: &[Ends], fits: &mut [Fit]) {
+    let start: Vec<Fit> = fits.to_vec();
+    let origin = sample_points(ends, fits);
+    let mut batch = NormalBatch::new(ends.len());
+    let before = batch.evaluate(target, &origin, &origin, 0.0);
+    for step in 0..options.normal_distance_steps {
+        if step > 0 {
+            batch.evaluate(target, &sample_points(ends, fits), &origin, 0.0);
+        }
+        for (i, fit) in fits.iter_mut().enumerate() {
+            *fit = batch.step(i, &ends[i], fit, &start[i], 0.0, options);
+        }
+    }
+    fits.iter_mut().zip(ends).for_each(|(fit, ends)| *fit = ends.restore(*fit));
+    let after = batch.evaluate(target, &sample_points(ends, fits), &origin, 0.0);
+    for i in 0..fits.len() {
+        // Written so that a NaN keeps the start.
+        let better = after[i] <= before[i] && ends[i].in_box(&fits[i], options);
+        if !better {
+            fits[i] = start[i];
         }
     }
 }

@@ -44,6 +44,9 @@ pub struct CurveOptions {
     /// Weight of tangential motion from the first fit in these steps: only enough to make them unique, as the tangents have
     /// their own limits.
     pub tangential_weight: f64,
+    /// First weight of any motion from the present curve in a step: more after a step that made the curve worse, less after
+    /// others. 0 makes them plain Gauss–Newton steps, of which all count together or none.
+    pub damping: f64,
     /// Largest turn of the tangents out of the direction of the chord in these steps, as the tangent of the angle;
     /// 0 keeps them there, as the paper does. It does not depend on the corners beside the edge, so that a curve depends on
     /// nothing but its ends; corners of less than twice the angle could close.
@@ -61,6 +64,7 @@ impl Default for CurveOptions {
             step_tolerance: 1e-9,
             normal_distance_steps: 5,
             tangential_weight: 1e-6,
+            damping: 1e-4,
             largest_turn: 0.35,
             constraint_tolerance: 1e-10,
         }
