@@ -44,12 +44,6 @@ fn a_box_without_surface_is_refused() {
 }
 
 #[test]
-fn a_box_that_cuts_the_surface_is_refused() {
-    let message = ["leaves the box", "largest x"];
-    assert_fit_fails(&["x^2+y^2+z^2-1", "--box", "-2,0.5,-2,2,-2,2"], 1, &message);
-}
-
-#[test]
 fn unbounded_surfaces_without_a_box_are_refused() {
     assert_fit_fails(&["x+y+z"], 1, &["unbounded", "box"]);
 }

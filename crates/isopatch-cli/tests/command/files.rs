@@ -105,3 +105,15 @@ fn the_base_mesh_comes_from_a_file() {
     assert_eq!((&base["vertices"], &base["faces"], &base["euler"]), (&200.into(), &400.into(), &0.into()));
     assert!(report["surface"]["max_distance"].as_f64().unwrap() < 1e-3);
 }
+
+#[test]
+fn a_box_that_cuts_the_surface_leaves_an_open_one() {
+    let folder = Folder::new();
+    let line = ["fit", "x^2+y^2+z^2-1", "--box", "-2,0.5,-2,2,-2,2", "--faces", "60", "-o", "a.step"];
+    folder.run(&[&line[..], &["--report", "r.json"]].concat()).assert_done();
+    let report = report(&folder, "r.json");
+    assert_eq!((&report["surface"]["closed"], &report["surface"]["volume"]), (&false.into(), &Value::Null));
+    assert_eq!((&report["base"]["boundary_loops"], &report["base"]["euler"]), (&1.into(), &1.into()));
+    assert_eq!(report["surface"]["certified"]["topology"], true);
+    assert_eq!(report["bounds"][1][0].as_f64(), Some(0.5));
+}

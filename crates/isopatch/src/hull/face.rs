@@ -177,7 +177,7 @@ const COPOSITIVE_SAFETY: f64 = 0.9;
 impl Layer1 {
     /// Is the quadratic form with these coefficients positive on the whole triangle, with some distance?
     ///
-    /// Hadeler's criterion for 3 × 3 matrices, with the diagonal shrunk to [`COPOSITIVE_SAFETY`].
+    /// Hadeler's criterion for 3 × 3 matrices, with the diagonal shrunk to `COPOSITIVE_SAFETY`.
     pub fn is_copositive(&self) -> bool {
         if !self.corner.iter().all(|f| *f > 0.0) {
             return false;
