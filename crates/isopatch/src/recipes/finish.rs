@@ -36,8 +36,8 @@ const THIN_ROUNDS: usize = 60;
 /// scatter.
 const TRIED: f64 = 1.3;
 /// Patches that may be built for measured collapses: this many, or this share of those built before.
-const LEAST_THINNING: usize = 2_500;
-const THINNING_SHARE: f64 = 0.12;
+const LEAST_THINNING: usize = 1_500;
+const THINNING_SHARE: f64 = 0.03;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
