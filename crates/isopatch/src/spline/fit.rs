@@ -106,32 +106,28 @@ pub(super) fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> P
 /// it lowers the error by an order of magnitude on coarse meshes (PAPERS.md, deviations).
 pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target) -> Vec<Footprints> {
     let tables = &**TABLES;
-    let batches: Vec<Vec<Footprints>> = nets
-        .par_chunks_mut(BATCH)
-        .map(|nets| {
-            let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
-            let boundaries: Vec<[Vec3; BOUNDARY]> =
-                nets.iter().map(|net| std::array::from_fn(|i| net[tables.boundary[i]] - net[0])).collect();
-            let mut points: Points = boundaries
-                .iter()
-                .zip(&origins)
-                .flat_map(|(b, o)| tables.fill_samples.iter().map(move |row| o + combine(row, b)))
-                .collect();
-            target.project(&mut points);
-            let mut footprints = Vec::with_capacity(nets.len());
-            for (f, net) in nets.iter_mut().enumerate() {
-                let feet: Footprints = std::array::from_fn(|s| points.get(f * FIT_SAMPLES + s) - origins[f]);
-                let rest: Footprints =
-                    std::array::from_fn(|s| feet[s] - combine(&tables.boundary_samples[s], &boundaries[f]));
-                for (row, i) in tables.interior_fit.iter().zip(tables.interior) {
-                    net[i] = origins[f] + combine(row, &rest);
-                }
-                footprints.push(feet);
+    // Filled in place: gathered from batches, they would for a moment be there twice.
+    let mut footprints = vec![[Point3::zeros(); FIT_SAMPLES]; nets.len()];
+    nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).for_each(|(nets, footprints)| {
+        let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
+        let boundaries: Vec<[Vec3; BOUNDARY]> =
+            nets.iter().map(|net| std::array::from_fn(|i| net[tables.boundary[i]] - net[0])).collect();
+        let mut points: Points = boundaries
+            .iter()
+            .zip(&origins)
+            .flat_map(|(b, o)| tables.fill_samples.iter().map(move |row| o + combine(row, b)))
+            .collect();
+        target.project(&mut points);
+        for (f, (net, feet)) in nets.iter_mut().zip(footprints).enumerate() {
+            *feet = std::array::from_fn(|s| points.get(f * FIT_SAMPLES + s) - origins[f]);
+            let rest: Footprints =
+                std::array::from_fn(|s| feet[s] - combine(&tables.boundary_samples[s], &boundaries[f]));
+            for (row, i) in tables.interior_fit.iter().zip(tables.interior) {
+                net[i] = origins[f] + combine(row, &rest);
             }
-            footprints
-        })
-        .collect();
-    batches.concat()
+        }
+    });
+    footprints
 }
 
 /// Refits the three free points of every net to its projected samples, the other points staying as they are.
@@ -149,37 +145,64 @@ pub fn refit_free_points(nets: &mut [Net], footprints: &[Footprints]) {
 
 /// Gauss–Newton steps on Σ (f/|∇f|)² + `tangential_weight` · |motion|² over the three free points of every net.
 pub fn reduce_normal_distance(nets: &mut [Net], target: &dyn Target, steps: usize, tangential_weight: f64) {
-    let tables = &**TABLES;
-    nets.par_chunks_mut(BATCH).for_each(|nets| {
+    for _ in 0..steps {
+        move_with_free_points(nets, target, tangential_weight, |_, _| ());
+    }
+}
+
+/// Moves other points of every net by `move_points(number, net)`, and its three free points by a Gauss–Newton step on
+/// Σ (f/|∇f|)² + `tangential_weight` · |motion|², both linear from the net as it was.
+pub(super) fn move_with_free_points(
+    nets: &mut [Net],
+    target: &dyn Target,
+    tangential_weight: f64,
+    move_points: impl Fn(usize, &mut Net) + Sync,
+) {
+    nets.par_chunks_mut(BATCH).enumerate().for_each(|(batch, nets)| {
         let n = nets.len() * NORMAL_SAMPLES;
         let (mut points, mut normals, mut offsets) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
-        for _ in 0..steps {
-            for (f, net) in nets.iter().enumerate() {
-                let relative = net.map(|p| p - net[0]);
-                for (s, row) in tables.normal_basis.iter().enumerate() {
-                    points.set(f * NORMAL_SAMPLES + s, net[0] + combine(row, &relative));
-                }
-            }
-            target.offsets(points.view(), &mut offsets, normals.view_mut());
-            for (f, net) in nets.iter_mut().enumerate() {
-                let first = f * NORMAL_SAMPLES;
-                free_point_step(net, |s| (offsets[first + s], normals.get(first + s)), tangential_weight);
-            }
+        for (f, net) in nets.iter().enumerate() {
+            let place = |(s, p): (usize, Point3)| points.set(f * NORMAL_SAMPLES + s, p);
+            normal_samples(net).enumerate().for_each(place);
+        }
+        target.offsets(points.view(), &mut offsets, normals.view_mut());
+        for (f, net) in nets.iter_mut().enumerate() {
+            move_points(batch * BATCH + f, net);
+            let moved = *net;
+            let samples = normal_samples(&moved).zip(f * NORMAL_SAMPLES..).map(|(p, at)| NormalSample {
+                offset: offsets[at],
+                normal: normals.get(at),
+                motion: p - points.get(at),
+            });
+            free_point_step(net, samples, tangential_weight);
         }
     });
 }
 
-/// One Gauss–Newton step; `sample(s)` gives offset and normal. Where the system is singular or the target gave no
-/// number, the net stays.
-fn free_point_step(net: &mut Net, sample: impl Fn(usize) -> (f64, Vec3), tangential_weight: f64) {
+fn normal_samples(net: &Net) -> impl Iterator<Item = Point3> {
+    let (origin, relative) = (net[0], net.map(|p| p - net[0]));
+    TABLES.normal_basis.iter().map(move |row| origin + combine(row, &relative))
+}
+
+/// Distance and normal where a sample was, and how far it has moved since.
+struct NormalSample {
+    offset: f64,
+    normal: Vec3,
+    motion: Vec3,
+}
+
+/// One Gauss–Newton step. Where the system is singular or the target gave no number, the net stays.
+fn free_point_step(net: &mut Net, samples: impl Iterator<Item = NormalSample>, tangential_weight: f64) {
     let tables = &**TABLES;
     let mut a = SMatrix::<f64, 9, 9>::zeros();
     let mut gradient = SVector::<f64, 9>::zeros();
-    for (s, basis) in tables.normal_basis.iter().enumerate() {
-        let (offset, n) = sample(s);
+    for (basis, NormalSample { offset, normal: n, motion }) in tables.normal_basis.iter().zip(samples) {
         let row = SVector::<f64, 9>::from_fn(|i, _| basis[FREE_POINTS[i / 3]] * n[i % 3]);
+        let pull = (offset + n.dot(&motion)) * n + tangential_weight * motion;
         a.ger(1.0, &row, &row, 1.0);
-        gradient.axpy(offset, &row, 1.0);
+        for (p, i) in FREE_POINTS.iter().enumerate() {
+            (0..3).for_each(|c| gradient[3 * p + c] += basis[*i] * pull[c]);
+        }
     }
     for p in 0..FREE {
         for q in 0..FREE {

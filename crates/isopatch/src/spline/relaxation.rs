@@ -12,14 +12,15 @@
 //!
 //! So a patch moves by nine vectors: two of each edge, and its three free points. A step is that of Gauss and Newton on
 //! Σ (f/|∇f|)² + weight · |motion|² over samples of all patches: the free points are eliminated patch by patch, and what
-//! remains couples an edge with the four others of its two patches, which a few conjugate gradients solve.
+//! remains couples an edge with the four others of its two patches, which a few conjugate gradients solve. The free points
+//! are found afresh when the edges have moved: to keep what eliminated them would take as much memory as the surface.
 //! Beside a boundary no condition binds the row; it moves by s at one end and t at the other.
 
-use super::fit::{FREE, FREE_POINTS, combine};
+use super::fit::{FREE, FREE_POINTS, combine, move_with_free_points};
 use super::surface::{DEGREE, NET};
 use crate::bernstein::{index, triangle};
-use crate::geom::{Point3, Points, Vec3};
-use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh};
+use crate::geom::{Point3, Points};
+use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::Target;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -39,6 +40,8 @@ const LATTICE: usize = 10;
 const SAMPLES: usize = 36;
 /// Patches whose samples are evaluated in one batch.
 const BATCH: usize = 32;
+/// Patches whose products are there at one time.
+const BLOCK: usize = 4096;
 /// Conjugate gradients of a step. More change the result less than a further step does.
 const ITERATIONS: usize = 5;
 /// Longest step of an edge's vectors, as a share of its length.
@@ -79,48 +82,57 @@ const BOUNDARY_MOVES: RowMoves = [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]];
 struct Side {
     edge: usize,
     /// Points 2, 3, 4 of the row in the net, from the start of the edge's curve on.
-    points: [u8; 3],
+    points: [usize; 3],
     moves: RowMoves,
 }
 
-impl Side {
-    fn of(mesh: &HalfEdgeMesh, h: HalfEdgeId, lambda: &[[f64; 2]]) -> Self {
-        let e = mesh.edge(h);
-        let left = mesh.edge_half_edge(e) == h;
-        let points = std::array::from_fn(|m| {
-            index::row(DEGREE, mesh.side(h), 1, if left { m + 2 } else { DEGREE - 3 - m }) as u8
-        });
-        let [p, r] = row_moves(lambda[e.index()]);
-        let moves = match mesh.twin(h) {
-            None => BOUNDARY_MOVES,
-            Some(_) if left => r,
-            Some(_) => p,
-        };
-        Self { edge: e.index(), points, moves }
+/// The sides of all patches, and how their rows move.
+struct Sides<'a> {
+    mesh: &'a HalfEdgeMesh,
+    lambda: &'a [[f64; 2]],
+}
+
+impl Sides<'_> {
+    fn of(&self, f: usize) -> [Side; 3] {
+        self.half_edges(f).map(|h| {
+            let (mesh, e) = (self.mesh, self.mesh.edge(h));
+            let left = mesh.edge_half_edge(e) == h;
+            let place = |m| if left { m + 2 } else { DEGREE - 3 - m };
+            let [p, r] = row_moves(self.lambda[e.index()]);
+            Side {
+                edge: e.index(),
+                points: std::array::from_fn(|m| index::row(DEGREE, mesh.side(h), 1, place(m))),
+                moves: match mesh.twin(h) {
+                    None => BOUNDARY_MOVES,
+                    Some(_) if left => r,
+                    Some(_) => p,
+                },
+            }
+        })
+    }
+
+    fn half_edges(&self, f: usize) -> [HalfEdgeId; 3] {
+        let mut half_edges = self.mesh.face_half_edges(f.into());
+        // A face of a triangle mesh has three; the default is never taken.
+        [(); 3].map(|()| half_edges.next().unwrap_or(HalfEdgeId(0)))
+    }
+
+    /// The edges of a patch.
+    fn edges(&self, f: usize) -> [usize; 3] {
+        self.half_edges(f).map(|h| self.mesh.edge(h).index())
     }
 }
 
-type Sides = [Side; 3];
-
-fn sides_of(mesh: &HalfEdgeMesh, f: FaceId, lambda: &[[f64; 2]]) -> Sides {
-    let mut half_edges = mesh.face_half_edges(f);
-    // A face of a triangle mesh has three; the default is never taken.
-    std::array::from_fn(|_| Side::of(mesh, half_edges.next().unwrap_or(HalfEdgeId(0)), lambda))
-}
-
-/// The normal equations of a patch without its free points. In single precision, which halves the memory and is far more
-/// than a damped step needs.
+/// The normal equations of a patch without its free points, for the vectors of its edges. In single precision, which
+/// halves the memory and is far more than a damped step needs.
 struct Local {
-    /// Of the edges: lower triangle by rows, and right side.
+    /// Lower triangle by rows.
     matrix: [f32; SIDES * (SIDES + 1) / 2],
     right: [f32; SIDES],
-    /// Step of the free points: `step` − `coupling` · step of the edges.
-    coupling: [[f32; SIDES]; INNER],
-    step: SVector<f64, INNER>,
 }
 
-/// One step over all patches; `lambda` holds λ(0) and λ(1) of every edge, and those that are `fixed` stay. Linear time; the same result for every number of
-/// threads.
+/// One step over all patches; `lambda` holds λ(0) and λ(1) of every edge, and those that are `fixed` stay. Linear time; the
+/// same result for every number of threads.
 pub(super) fn relax(
     mesh: &HalfEdgeMesh,
     lambda: &[[f64; 2]],
@@ -129,37 +141,41 @@ pub(super) fn relax(
     target: &dyn Target,
     tangential_weight: f64,
 ) {
-    let sides: Vec<Sides> = mesh.faces().map(|f| sides_of(mesh, f, lambda)).collect();
-    // Filled in place: gathered from batches, they would for a moment be there twice.
-    let mut locals: Vec<Option<Local>> = Vec::new();
-    locals.resize_with(nets.len(), || None);
-    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH).zip(sides.par_chunks(BATCH))).for_each(
-        |(locals, (nets, sides))| {
-            for (local, found) in
-                locals.iter_mut().zip(locals_of_batch(nets, sides, target, tangential_weight))
-            {
-                *local = found;
-            }
-        },
-    );
-    let mut steps = edge_steps(fixed, &sides, &locals);
-    for (net, sides) in nets.iter().zip(&sides) {
-        for (k, side) in sides.iter().enumerate() {
+    let sides = Sides { mesh, lambda };
+    let mut steps = edge_steps(fixed, &sides, &locals(nets, &sides, target, tangential_weight));
+    for (f, net) in nets.iter().enumerate() {
+        for (k, e) in sides.edges(f).into_iter().enumerate() {
             let most = TRUST * (net[CORNERS[(k + 1) % 3]] - net[CORNERS[k]]).norm();
-            let length = steps[side.edge].norm();
+            let length = steps[e].norm();
             if length > most {
-                steps[side.edge] *= most / length;
+                steps[e] *= most / length;
             }
         }
     }
-    nets.par_iter_mut()
-        .zip(&sides)
-        .zip(&locals)
-        .with_min_len(BATCH)
-        .for_each(|((net, sides), local)| move_net(net, sides, local.as_ref(), &steps));
+    move_with_free_points(nets, target, tangential_weight, |f, net| {
+        sides.of(f).iter().for_each(|side| move_row(net, side, &steps[side.edge]));
+    });
 }
 
-fn locals_of_batch(nets: &[Net], sides: &[Sides], target: &dyn Target, weight: f64) -> Vec<Option<Local>> {
+fn locals(nets: &[Net], sides: &Sides<'_>, target: &dyn Target, weight: f64) -> Vec<Option<Local>> {
+    // Filled in place: gathered from batches, they would for a moment be there twice.
+    let mut locals: Vec<Option<Local>> = Vec::new();
+    locals.resize_with(nets.len(), || None);
+    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH)).enumerate().for_each(|(batch, (locals, nets))| {
+        let found = locals_of_batch(nets, batch * BATCH, sides, target, weight);
+        locals.iter_mut().zip(found).for_each(|(local, found)| *local = found);
+    });
+    locals
+}
+
+/// Those of some patches, the first of which has the number `start`.
+fn locals_of_batch(
+    nets: &[Net],
+    start: usize,
+    sides: &Sides<'_>,
+    target: &dyn Target,
+    weight: f64,
+) -> Vec<Option<Local>> {
     let n = nets.len() * SAMPLES;
     let (mut points, mut normals, mut offsets) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
     for (f, net) in nets.iter().enumerate() {
@@ -170,19 +186,17 @@ fn locals_of_batch(nets: &[Net], sides: &[Sides], target: &dyn Target, weight: f
     }
     target.offsets(points.view(), &mut offsets, normals.view_mut());
     let of_patch = |f: usize| f * SAMPLES..(f + 1) * SAMPLES;
-    sides
-        .iter()
-        .enumerate()
-        .map(|(f, sides)| {
+    (0..nets.len())
+        .map(|f| {
             let normal = [&normals.x[of_patch(f)], &normals.y[of_patch(f)], &normals.z[of_patch(f)]];
-            Local::new(sides, &offsets[of_patch(f)], normal, weight)
+            Local::new(&sides.of(start + f), &offsets[of_patch(f)], normal, weight)
         })
         .collect()
 }
 
 impl Local {
     /// From offsets and normals at the samples of a patch. None if the target gave no number there.
-    fn new(sides: &Sides, offset: &[f64], normal: [&[f64]; 3], weight: f64) -> Option<Self> {
+    fn new(sides: &[Side; 3], offset: &[f64], normal: [&[f64]; 3], weight: f64) -> Option<Self> {
         let by_point = &TABLE.by_point;
         // Weights of the moves at the samples.
         let mut w = [[0.0; SAMPLES]; MOVES];
@@ -190,7 +204,7 @@ impl Local {
             for (point, moves) in side.points.iter().zip(&side.moves) {
                 for j in 0..OF_EDGE {
                     (0..SAMPLES)
-                        .for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[usize::from(*point)][s]);
+                        .for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[*point][s]);
                 }
             }
         }
@@ -239,8 +253,6 @@ impl Local {
         Some(Self {
             matrix: std::array::from_fn(|_| lower.next().map_or(0.0, |at| schur[at] as f32)),
             right: std::array::from_fn(|i| right[i] as f32),
-            coupling: std::array::from_fn(|r| std::array::from_fn(|c| coupling[(r, c)] as f32)),
-            step,
         })
     }
 
@@ -278,38 +290,40 @@ fn dot(a: &[f64; SAMPLES], b: &[f64; SAMPLES]) -> f64 {
 
 type Step = SVector<f64, EDGE>;
 
-fn of_sides(sides: &Sides, x: &[Step]) -> SVector<f64, SIDES> {
-    SVector::from_fn(|i, _| x[sides[i / EDGE].edge][i % EDGE])
+fn of_edges(edges: [usize; 3], x: &[Step]) -> SVector<f64, SIDES> {
+    SVector::from_fn(|i, _| x[edges[i / EDGE]][i % EDGE])
 }
 
 /// Steps of the edges: preconditioned conjugate gradients with the edges' own blocks as preconditioner.
-fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<Step> {
+fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Vec<Step> {
     // An edge beside a patch without numbers stays.
     let (edges, mut stays) = (fixed.len(), fixed.to_vec());
-    for (sides, _) in sides.iter().zip(locals).filter(|(_, local)| local.is_none()) {
-        sides.iter().for_each(|s| stays[s.edge] = true);
+    for (f, _) in locals.iter().enumerate().filter(|(_, local)| local.is_none()) {
+        sides.edges(f).iter().for_each(|e| stays[*e] = true);
     }
-    let sum_of = |parts: &[SVector<f64, SIDES>]| {
+    // Sums over the patches of a block at a time, in their order whatever the number of threads.
+    let of_locals = |f: &(dyn Fn(usize, &Local) -> SVector<f64, SIDES> + Sync)| -> Vec<Step> {
         let mut sum = vec![Step::zeros(); edges];
-        for (sides, part) in sides.iter().zip(parts) {
-            for (k, side) in sides.iter().enumerate().filter(|(_, side)| !stays[side.edge]) {
-                sum[side.edge] += part.fixed_rows::<EDGE>(EDGE * k);
+        for start in (0..locals.len()).step_by(BLOCK) {
+            let block = &locals[start..locals.len().min(start + BLOCK)];
+            let one = |(i, local): (usize, &Option<Local>)| {
+                local.as_ref().map_or_else(SVector::zeros, |local| f(start + i, local))
+            };
+            let parts: Vec<_> = block.par_iter().enumerate().with_min_len(BATCH).map(one).collect();
+            for (i, part) in parts.iter().enumerate() {
+                for (k, e) in sides.edges(start + i).into_iter().enumerate().filter(|(_, e)| !stays[*e]) {
+                    sum[e] += part.fixed_rows::<EDGE>(EDGE * k);
+                }
             }
         }
         sum
     };
-    let of_locals = |f: &(dyn Fn(usize, &Local) -> SVector<f64, SIDES> + Sync)| -> Vec<_> {
-        let one =
-            |(i, local): (usize, &Option<Local>)| local.as_ref().map_or_else(SVector::zeros, |l| f(i, l));
-        sum_of(&locals.par_iter().enumerate().with_min_len(BATCH).map(one).collect::<Vec<_>>())
-    };
     // The blocks are small sums; kept, they would take more memory than the surface.
-    let beside = patches_beside(edges, sides);
     let precondition = |r: &[Step]| -> Vec<Step> {
-        let solve = |(r, beside): (&Step, &[Option<(u32, u8)>; 2])| {
-            own_block(beside, locals).cholesky().map_or_else(Step::zeros, |block| block.solve(r))
+        let solve = |(e, r): (usize, &Step)| {
+            own_block(sides.mesh, e.into(), locals).cholesky().map_or_else(Step::zeros, |block| block.solve(r))
         };
-        r.par_iter().zip(&beside).with_min_len(BATCH).map(solve).collect()
+        r.par_iter().enumerate().with_min_len(BATCH).map(solve).collect()
     };
     let product = |a: &[Step], b: &[Step]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
 
@@ -321,7 +335,7 @@ fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<
         if energy.is_nan() || energy <= 0.0 {
             break;
         }
-        let image = of_locals(&|i, local| local.times(&of_sides(&sides[i], &direction)));
+        let image = of_locals(&|i, local| local.times(&of_edges(sides.edges(i), &direction)));
         let length = energy / product(&direction, &image);
         for e in 0..edges {
             x[e] += length * direction[e];
@@ -336,49 +350,24 @@ fn edge_steps(fixed: &[bool], sides: &[Sides], locals: &[Option<Local>]) -> Vec<
     x
 }
 
-/// The patches beside each edge, with the side that the edge is of them.
-fn patches_beside(edges: usize, sides: &[Sides]) -> Vec<[Option<(u32, u8)>; 2]> {
-    let mut beside = vec![[None; 2]; edges];
-    for (f, sides) in sides.iter().enumerate() {
-        for (k, side) in sides.iter().enumerate() {
-            let [first, second] = &mut beside[side.edge];
-            let place = if first.is_none() { first } else { second };
-            *place = Some((f as u32, k as u8));
-        }
-    }
-    beside
-}
-
 /// The block of an edge on the diagonal.
-fn own_block(beside: &[Option<(u32, u8)>; 2], locals: &[Option<Local>]) -> SMatrix<f64, EDGE, EDGE> {
+fn own_block(mesh: &HalfEdgeMesh, e: EdgeId, locals: &[Option<Local>]) -> SMatrix<f64, EDGE, EDGE> {
     let mut block = SMatrix::<f64, EDGE, EDGE>::zeros();
-    for (f, k) in beside.iter().flatten() {
-        if let Some(local) = &locals[*f as usize] {
-            let k = EDGE * usize::from(*k);
+    let h = mesh.edge_half_edge(e);
+    for h in [Some(h), mesh.twin(h)].into_iter().flatten() {
+        if let Some(local) = &locals[mesh.face(h).index()] {
+            let k = EDGE * mesh.side(h);
             block += SMatrix::<f64, EDGE, EDGE>::from_fn(|r, c| local.at(k + r, k + c));
         }
     }
     block
 }
 
-fn move_net(net: &mut Net, sides: &Sides, local: Option<&Local>, steps: &[Step]) {
-    for side in sides {
-        let step = &steps[side.edge];
-        for (point, moves) in side.points.iter().zip(&side.moves) {
-            for j in 0..OF_EDGE {
-                net[usize::from(*point)] -= moves[j] * step.fixed_rows::<3>(3 * j);
-            }
+fn move_row(net: &mut Net, side: &Side, step: &Step) {
+    for (point, moves) in side.points.iter().zip(&side.moves) {
+        for j in 0..OF_EDGE {
+            net[*point] -= moves[j] * step.fixed_rows::<3>(3 * j);
         }
-    }
-    let Some(local) = local else { return };
-    let of_sides = of_sides(sides, steps);
-    for (i, p) in FREE_POINTS.iter().enumerate() {
-        let step = Vec3::from_fn(|c, _| {
-            let row = &local.coupling[3 * i + c];
-            local.step[3 * i + c]
-                - row.iter().zip(of_sides.iter()).map(|(k, x)| f64::from(*k) * x).sum::<f64>()
-        });
-        net[*p] -= step;
     }
 }
 
@@ -426,8 +415,6 @@ mod tests {
         let local = Local {
             matrix: std::array::from_fn(|_| at.next().map_or(0.0, |(r, c)| entry(r, c) as f32)),
             right: [0.0; SIDES],
-            coupling: [[0.0; SIDES]; INNER],
-            step: SVector::zeros(),
         };
         let x = SVector::<f64, SIDES>::from_fn(|i, _| (i as f64).cos());
         let full = SMatrix::<f64, SIDES, SIDES>::from_fn(entry);
