@@ -84,7 +84,8 @@ fn size(input: &Input, options: &FitOptions) -> Size {
 
 /// Measures the surface where the formula was looked at.
 fn measure(fitted: &Fitted) -> Inspection {
-    let options = InspectOptions { region: Some(fitted.bounds), ..Default::default() };
+    let options =
+        InspectOptions { region: Some(fitted.bounds), coverage: fitted.coverage, ..Default::default() };
     inspect(&fitted.surface, &fitted.surface.base, Some(&fitted.formula), &options)
 }
 

@@ -62,11 +62,20 @@ pub struct InspectOptions {
     /// Where to look for the zero set, in model units; the box that the field was polygonised in, if there was
     /// one. Default none: the box of the surface, so a part of the zero set far outside it is not seen.
     pub region: Option<Aabb>,
+    /// The distance back, if it has been measured with these options before.
+    pub coverage: Option<Coverage>,
 }
 
 impl Default for InspectOptions {
     fn default() -> Self {
-        Self { seam_samples: 33, lattice: 21, back_samples: 30_000, intersection_lattice: 4, region: None }
+        Self {
+            seam_samples: 33,
+            lattice: 21,
+            back_samples: 30_000,
+            intersection_lattice: 4,
+            region: None,
+            coverage: None,
+        }
     }
 }
 
@@ -116,8 +125,9 @@ pub fn inspect(
         interpolation: interpolation(base, surface, diagonal),
         intersections: lattice.and_then(|n| intersections(surface, n).ok()),
         deviation: field.map(|f| deviation(surface, f, diagonal, options.lattice)),
-        coverage: back
-            .and_then(|f| coverage(surface, f, diagonal, extent.area, options.back_samples, options.region)),
+        coverage: options.coverage.or_else(|| {
+            coverage(surface, back?, diagonal, extent.area, options.back_samples, options.region)
+        }),
     }
 }
 

@@ -10,6 +10,7 @@ mod finish;
 mod least;
 mod patchwork;
 mod refine;
+mod rounds;
 pub mod spline;
 
 pub use differentiable::{Defect, find_defect};

@@ -4,13 +4,14 @@
 //! their fits, and the G1 systems at these corners. So a patch stays if none of these faces has changed. The others are
 //! built over a part of the mesh that has one more ring of faces, in the order of the whole. Edges whose ends have no
 //! changed face keep their rows, those beside the patches that stay among them; the other edges relax between these.
+//! A curve depends on its ends alone, so it stays with any face beside it.
 
-use crate::base::{BaseError, BaseMesh, FieldTarget, Part, part};
+use crate::base::{BaseError, BaseMesh, FieldTarget, part};
 use crate::bernstein::index;
 use crate::field::Field;
 use crate::geom::Point3;
 use crate::inspect::{PatchDeviation, deviation_of};
-use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_edges};
 use crate::spline::edge::EdgeSolution;
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
@@ -61,7 +62,7 @@ impl Workshop<'_> {
     /// Builds and measures everything.
     pub fn build(&self, base: BaseMesh, stamps: Vec<u64>) -> Result<Patchwork, MakeError> {
         let all: Vec<usize> = (0..base.mesh.face_count()).collect();
-        let (surface, curves, patches) = self.make(base, &all, &[])?;
+        let (surface, curves, patches) = self.make(base, &all, &Kept::default())?;
         Ok(Patchwork { surface, curves, patches, stamps })
     }
 
@@ -83,11 +84,18 @@ impl Workshop<'_> {
         let support = beside(&base, &around(&base, &fresh));
         let count = support.iter().filter(|s| **s).count();
         if count as f64 > WHOLE * fresh.len() as f64 {
-            return Ok((self.build(base, stamps)?, count));
+            let all: Vec<usize> = (0..fresh.len()).collect();
+            let kept = Kept { curves: former_curves(&base.mesh, |f| old[f], former), rows: Vec::new() };
+            let (surface, curves, patches) = self.make(base, &all, &kept)?;
+            return Ok((Patchwork { surface, curves, patches, stamps }, count));
         }
         let part = part(&base, &support).map_err(MakeError::Base)?;
         let measured: Vec<usize> = (0..part.faces.len()).filter(|i| fresh[part.faces[*i]]).collect();
-        let kept = kept_edges(&part, &changed, &old, former);
+        let old_of_part = |f: usize| old[part.faces[f]];
+        let kept = Kept {
+            curves: former_curves(&part.base.mesh, old_of_part, former),
+            rows: former_rows(&part.base.mesh, |f| changed[part.faces[f]], old_of_part, former),
+        };
         let made =
             self.make(part.base, &measured, &kept).map_err(|error| error.renumbered(&part.vertices))?;
         let (part_surface, part_curves, part_patches) = made;
@@ -120,23 +128,22 @@ impl Workshop<'_> {
         Ok((Patchwork { surface, curves, patches, stamps }, count))
     }
 
-    /// Everything over a mesh; only the given faces are measured, and edges with rows keep them.
+    /// Everything over a mesh; only the given faces are measured.
     fn make(
         &self,
         base: BaseMesh,
         measured: &[usize],
-        kept: &[Option<KeptEdge>],
+        kept: &Kept,
     ) -> Result<(TriangularSpline, Vec<QuarticCurve>, Vec<PatchDeviation>), MakeError> {
         let target = FieldTarget::new(self.field, self.diagonal);
-        let kept_edge = |e: EdgeId| kept.get(e.index()).copied().flatten();
-        let fresh: Vec<EdgeId> = base.mesh.edges().filter(|e| kept_edge(*e).is_none()).collect();
+        let curve = |e: EdgeId| kept.curves.get(e.index()).copied().flatten();
+        let fresh: Vec<EdgeId> = base.mesh.edges().filter(|e| curve(*e).is_none()).collect();
         let fits = fit_edges(&base, &fresh, &target, self.curves).map_err(MakeError::Curve)?;
         let mut fits = fits.into_iter();
         let curves: Vec<QuarticCurve> =
-            base.mesh.edges().filter_map(|e| kept_edge(e).map(|k| k.curve).or_else(|| fits.next())).collect();
-        let rows: Vec<Option<EdgeSolution>> = kept.iter().map(|k| k.map(|k| k.rows)).collect();
+            base.mesh.edges().filter_map(|e| curve(e).or_else(|| fits.next())).collect();
         let surface =
-            spline::rebuild(base, &curves, &target, &self.spline, &rows).map_err(MakeError::Spline)?;
+            spline::rebuild(base, &curves, &target, &self.spline, &kept.rows).map_err(MakeError::Spline)?;
         let ids: Vec<PatchId> = measured.iter().map(|f| PatchId(*f as u32)).collect();
         let patches = self.measure(&surface, &ids);
         Ok((surface, curves, patches))
@@ -158,48 +165,62 @@ impl Workshop<'_> {
     }
 }
 
-/// What an edge keeps: its curve, which depends on its ends alone, and the rows beside it.
-#[derive(Clone, Copy)]
-struct KeptEdge {
-    curve: QuarticCurve,
-    rows: EdgeSolution,
+/// What edges keep: curves, and the rows beside them. An entry for every edge, or none at all.
+#[derive(Default)]
+struct Kept {
+    curves: Vec<Option<QuarticCurve>>,
+    rows: Vec<Option<EdgeSolution>>,
 }
 
-/// The former curves and rows of those edges of a part that keep them: no face at their ends has changed.
-fn kept_edges(
-    part: &Part,
-    changed: &[bool],
-    old: &[Option<usize>],
+/// The former curves of the edges beside faces that were there before; `old` gives the former number of a face.
+fn former_curves(
+    mesh: &HalfEdgeMesh,
+    old: impl Fn(usize) -> Option<usize>,
     former: &Patchwork,
-) -> Vec<Option<KeptEdge>> {
-    let mesh = &part.base.mesh;
-    let mut touched = vec![false; mesh.vertex_count()];
-    for f in mesh.faces().filter(|f| changed[part.faces[f.index()]]) {
-        mesh.triangle(f).iter().for_each(|v| touched[v.index()] = true);
-    }
-    let row = |h: HalfEdgeId, points: [usize; 3]| -> Option<[Point3; 3]> {
-        let net = &former.surface.nets[old[part.faces[mesh.face(h).index()]]?];
-        Some(points.map(|m| net[index::row(spline::DEGREE, mesh.side(h), 1, m)]))
-    };
-    let curve = |h: HalfEdgeId| -> Option<QuarticCurve> {
-        let face = old[part.faces[mesh.face(h).index()]]?;
-        let mut curve = former.curves[edge_at(&former.surface.base, face, mesh.side(h))];
+) -> Vec<Option<QuarticCurve>> {
+    let base = &former.surface.base;
+    let of_side = |h: HalfEdgeId, along: bool| {
+        let face = old(mesh.face(h).index())?;
+        let former_h = base.mesh.face_half_edges(face.into()).nth(mesh.side(h))?;
+        let e = base.mesh.edge(former_h);
+        let mut curve = former.curves[e.index()];
         // The former edge may have been numbered from its other side.
-        if curve.q[0] != part.base.positions[mesh.origin(h).index()] {
+        if (base.mesh.edge_half_edge(e) == former_h) != along {
             curve.q.reverse();
         }
         Some(curve)
     };
-    let kept = |e| {
+    let of_edge = |e| {
+        let h = mesh.edge_half_edge(e);
+        of_side(h, true).or_else(|| of_side(mesh.twin(h)?, false))
+    };
+    mesh.edges().map(of_edge).collect()
+}
+
+/// The former rows of those edges that keep them: no face at their ends has changed.
+fn former_rows(
+    mesh: &HalfEdgeMesh,
+    changed: impl Fn(usize) -> bool,
+    old: impl Fn(usize) -> Option<usize>,
+    former: &Patchwork,
+) -> Vec<Option<EdgeSolution>> {
+    let mut touched = vec![false; mesh.vertex_count()];
+    for f in mesh.faces().filter(|f| changed(f.index())) {
+        mesh.triangle(f).iter().for_each(|v| touched[v.index()] = true);
+    }
+    let row = |h: HalfEdgeId, points: [usize; 3]| -> Option<[Point3; 3]> {
+        let net = &former.surface.nets[old(mesh.face(h).index())?];
+        Some(points.map(|m| net[index::row(spline::DEGREE, mesh.side(h), 1, m)]))
+    };
+    let of_edge = |e| {
         let h = mesh.edge_half_edge(e);
         if [mesh.origin(h), mesh.dest(h)].iter().any(|v| touched[v.index()]) {
             return None;
         }
         // The twin runs against the edge.
-        let rows = EdgeSolution { r: row(h, [2, 3, 4])?, p: row(mesh.twin(h)?, [4, 3, 2])? };
-        Some(KeptEdge { curve: curve(h)?, rows })
+        Some(EdgeSolution { r: row(h, [2, 3, 4])?, p: row(mesh.twin(h)?, [4, 3, 2])? })
     };
-    mesh.edges().map(kept).collect()
+    mesh.edges().map(of_edge).collect()
 }
 
 /// The edge on a side of a face.

@@ -6,22 +6,19 @@
 //!                 └──── edge lengths from the error of every patch (refine.rs) ───────┘
 //! ```
 
-use super::differentiable::{Defect, explain, find_defect};
-use super::finish::Finisher;
+use super::differentiable::Defect;
 use super::least::least_that_works;
-use super::patchwork::{MakeError, Patchwork, Workshop};
-use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, misses, shorter_at};
-use crate::base::{
-    self, BaseError, BaseMesh, BaseMethod, BaseOptions, BaseOutcome, Draft, Repair, SeedOptions,
-};
+use super::patchwork::{MakeError, Patchwork};
+use super::refine::Wish;
+use super::rounds::{Best, Checked, Rounds};
+use crate::base::{self, BaseError, BaseMesh, BaseMethod, BaseOptions, Repair};
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
-use crate::inspect::{NORMAL_ERROR_LIMIT, PatchDeviation, coverage, extent};
+use crate::inspect::{Coverage, NORMAL_ERROR_LIMIT, PatchDeviation};
 use crate::io::read::PolygonMesh;
 use crate::network::{CurveError, CurveOptions, QuarticCurve};
 use crate::report::{Seconds, SplineReport};
 use crate::spline::{SplineError, SplineOptions, TriangularSpline};
-use crate::surface::PatchId;
 
 /// How many patches a surface gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -92,6 +89,9 @@ pub struct Fitted {
     pub figures: SplineReport,
     /// Is it certified that the surface has the topology of the zero set in the box?
     pub certified_topology: bool,
+    /// From the zero set to the surface, as [`crate::inspect::inspect`] measures it with its default options in `bounds`;
+    /// known where a tolerance asked for it.
+    pub coverage: Option<Coverage>,
     /// Departures from what was asked.
     pub repairs: Vec<Repair>,
     /// Time of each stage.
@@ -128,29 +128,8 @@ pub enum RecipeError {
     },
 }
 
-/// Points of the zero set from which the distance back is measured before a tolerance counts as kept.
-const BACK_SAMPLES: usize = 30_000;
-/// Normals at the ends of a seed edge that differ by more than this (the length of their difference, about 17°) make one
-/// look for a kink at once.
-const SHARP: f64 = 0.3;
-/// The error that edge lengths aim at, as a share of the tolerance: the largest of thousands of errors scatters.
-const AIM: f64 = 0.7;
-/// The share of the tolerance that the samples of the rounds must keep: a later inspection takes other samples.
-const MARGIN: f64 = 0.95;
-/// Times that the whole mesh is remade for a tolerance.
-const GLOBAL_ROUNDS: usize = 3;
-/// Share of failing patches that is left to local changes.
-const FEW: f64 = 0.03;
 /// Meshes with fewer faces take little time in any case.
 const QUICK_FROM: usize = 1_500;
-/// Errors above this share of the tolerance are measured on a fine lattice.
-const NEAR: f64 = 0.35;
-/// Times that the patch is split that is nearest to where the zero set is too far from the surface.
-const BACK_ROUNDS: usize = 3;
-/// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
-const TOLERANCE_TURN: f64 = 1.25;
-/// Its anisotropy: corners may be wider than where no patch is measured before the end.
-const TOLERANCE_ANISOTROPY: f64 = 3.0;
 
 /// The spline surface of the zero set of `formula`; `progress` is told the name of each stage as it starts.
 ///
@@ -238,7 +217,7 @@ fn attempt(
     let bounds = stages.run("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
     let negated = stages.run("box", || base::outside_is_negative(formula, &bounds))?;
     let oriented = if negated { formula.negated() } else { formula.clone() };
-    let mut work = Work { formula: oriented, bounds, recipe };
+    let mut work = Rounds { formula: oriented, bounds, recipe };
 
     let mut first = stages.run("base mesh", || work.first_mesh(faces))?;
     // The samples of the box have missed where the surface leaves it.
@@ -254,10 +233,13 @@ fn attempt(
     // Where the tolerance is easily kept, the rounds do without the last step of the fit.
     let large = mesh.mesh.face_count() >= QUICK_FROM;
     let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none() && large;
-    let mut made = work.surface(&mesh, quick, &mut stages);
+    let surface = |work: &Rounds<'_>, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>| {
+        stages.run("patches", || work.surface(mesh, quick))
+    };
+    let mut made = surface(&work, &mesh, quick, &mut stages);
     if quick && work.is_hard(&made) {
         quick = false;
-        made = work.surface(&mesh, quick, &mut stages);
+        made = surface(&work, &mesh, quick, &mut stages);
     }
     let mut wish = work.wish(&made, &mesh, 0);
     let mut kept = made.map(Best::Surface);
@@ -277,7 +259,7 @@ fn attempt(
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
         kept = kept.map(|best| work.put_aside(best));
-        let made = work.surface(&mesh, quick, &mut stages);
+        let made = surface(&work, &mesh, quick, &mut stages);
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
@@ -288,23 +270,32 @@ fn attempt(
     }
     let mut kept = match kept? {
         Best::Surface(kept) => kept,
-        Best::Mesh { mesh, .. } => work.surface(&mesh, quick, &mut stages)?,
+        Best::Mesh { mesh, .. } => surface(&work, &mesh, quick, &mut stages)?,
     };
-    let mut reached = true;
+    let mut checked = Checked { reached: true, coverage: None };
     if let Size::Tolerance(tolerance) = recipe.size {
         if recipe.given.is_none() {
-            (kept, reached) = stages.run("finishing", || work.finish(kept, tolerance, quick))?;
+            (kept, checked) = stages.run("finishing", || work.finish(kept, tolerance, quick))?;
         } else {
-            let near = kept.failing(tolerance) == 0;
-            reached = near && stages.run("check", || work.far_patch(&kept.work, tolerance).is_none());
+            checked = stages.run("check", || work.check(&kept, tolerance));
         }
     }
-    kept.require_no_folds()?;
-    let figures = figures(&kept.work.curves, &recipe.curves, &kept.work.patches);
-    let Work { formula, bounds, .. } = work;
-    let seconds = stages.seconds;
-    let surface = kept.work.surface;
-    Ok(Fitted { surface, formula, negated, bounds, reached, figures, certified_topology, repairs, seconds })
+    let Checked { reached, coverage } = checked;
+    require_no_folds(&kept)?;
+    let figures = figures(&kept.curves, &recipe.curves, &kept.patches);
+    let Rounds { formula, bounds, .. } = work;
+    Ok(Fitted {
+        surface: kept.surface,
+        formula,
+        negated,
+        bounds,
+        reached,
+        figures,
+        certified_topology,
+        coverage,
+        repairs,
+        seconds: stages.seconds,
+    })
 }
 
 impl From<MakeError> for RecipeError {
@@ -330,264 +321,6 @@ impl RecipeError {
     }
 }
 
-/// What stays the same in all rounds.
-struct Work<'a> {
-    formula: Formula,
-    bounds: Aabb,
-    recipe: &'a SplineRecipe,
-}
-
-/// The best surface so far.
-enum Best {
-    Surface(Round),
-    /// Its mesh, over which it can be built again.
-    Mesh {
-        mesh: BaseMesh,
-        score: (f64, f64),
-    },
-}
-
-/// A surface with its errors.
-struct Round {
-    work: Patchwork,
-}
-
-impl Work<'_> {
-    /// Step (i) of the paper: polygonise, decimate, project; no kink may be on the surface.
-    fn first_mesh(&self, faces: Option<usize>) -> Result<BaseOutcome, RecipeError> {
-        let faces = match self.recipe.size {
-            Size::Faces(n) => faces.or(Some(n)),
-            Size::Automatic | Size::Tolerance(_) => faces,
-        };
-        // Counts are searched for where the whole surface is made, not only its base mesh.
-        let mut options = BaseOptions { faces, trial: faces.is_some(), ..self.recipe.base };
-        if let Size::Tolerance(_) = self.recipe.size {
-            let sizing = &mut options.remesh.sizing;
-            (sizing.turn, sizing.anisotropy) = (TOLERANCE_TURN, TOLERANCE_ANISOTROPY);
-        }
-        let outcome = match &self.recipe.given {
-            Some(mesh) => base::from_mesh(&self.formula, &mesh.positions, &mesh.faces, &options),
-            None => {
-                // In a box that was found, the surface is bounded.
-                let seed =
-                    SeedOptions { open: options.seed.open && self.recipe.bounds.is_some(), ..options.seed };
-                let seed = base::seed_mesh(&self.formula, &self.bounds, faces, &seed);
-                let seed = seed.map_err(|error| self.blame(error))?;
-                // A sharp edge would ask for endlessly many faces.
-                if let Some(defect) =
-                    find_defect(&self.formula, &seed.mesh.positions, seed.sharp_edges(SHARP))
-                {
-                    return Err(defect.into());
-                }
-                base::base_from_seed(&self.formula, &seed, &options)
-            }
-        };
-        let outcome = outcome.map_err(|error| self.blame(error))?;
-        let base = &outcome.base;
-        let ends = |e| {
-            let h = base.mesh.edge_half_edge(e);
-            [base.mesh.origin(h), base.mesh.dest(h)].map(|v| v.index())
-        };
-        match find_defect(&self.formula, &base.positions, base.mesh.edges().map(ends)) {
-            Some(defect) => Err(defect.into()),
-            None => Ok(outcome),
-        }
-    }
-
-    /// What the formula has to say about a failure of the base mesh, or that failure.
-    fn blame(&self, error: BaseError) -> RecipeError {
-        match explain(&self.formula, &self.bounds, &error) {
-            Some(defect) => RecipeError::Defect(defect),
-            None => RecipeError::Base(error),
-        }
-    }
-
-    /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
-    fn surface(&self, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>) -> Result<Round, RecipeError> {
-        let stamps = (0..mesh.mesh.face_count() as u64).collect();
-        let work =
-            stages.run("patches", || self.workshop(mesh.diagonal(), quick).build(mesh.clone(), stamps))?;
-        Ok(Round { work })
-    }
-
-    /// Does the first surface fail, or miss the tolerance in more than a few patches?
-    fn is_hard(&self, made: &Result<Round, RecipeError>) -> bool {
-        match (made, self.recipe.size) {
-            (Ok(made), Size::Tolerance(tolerance)) => {
-                made.failing(tolerance) as f64 > FEW * made.work.patches.len() as f64
-            }
-            _ => true,
-        }
-    }
-
-    /// Without relaxation if it is to be quick.
-    fn workshop(&self, diagonal: f64, quick: bool) -> Workshop<'_> {
-        let relaxation_steps = if quick { 0 } else { self.recipe.spline.relaxation_steps };
-        Workshop {
-            field: &self.formula,
-            curves: &self.recipe.curves,
-            spline: SplineOptions { relaxation_steps, ..self.recipe.spline },
-            diagonal,
-            fine_above: match self.recipe.size {
-                Size::Tolerance(tolerance) => NEAR * tolerance,
-                Size::Automatic | Size::Faces(_) => f64::INFINITY,
-            },
-        }
-    }
-
-    /// Local changes until the tolerance is kept, both ways, with as few faces as that takes; is it kept?
-    fn finish(&self, made: Round, tolerance: f64, quick: bool) -> Result<(Round, bool), RecipeError> {
-        let base = &made.work.surface.base;
-        let diagonal = base.diagonal();
-        let workshop = self.workshop(diagonal, quick);
-        let last = self.workshop(diagonal, false);
-        let mut finisher = Finisher {
-            workshop: &workshop,
-            options: &self.recipe.base,
-            tolerance: MARGIN * tolerance,
-            draft: Draft::new(&self.formula, base, &self.recipe.base),
-            built: made.work.patches.len(),
-            work: made.work,
-        };
-        finisher.run()?;
-        finisher.workshop = &last;
-        if quick {
-            finisher.build_again()?;
-        }
-        let (mut kept, mut reached) = (finisher.split_failing()?, false);
-        for _ in 0..=BACK_ROUNDS {
-            if !kept || reached {
-                break;
-            }
-            match self.far_patch(&finisher.work, tolerance) {
-                Some(patch) => kept = finisher.split(vec![patch.index()])? && finisher.split_failing()?,
-                None => reached = true,
-            }
-        }
-        Ok((Round { work: finisher.work }, reached))
-    }
-
-    /// The patch nearest to the point of the zero set that is farthest from the surface, if that is too far.
-    fn far_patch(&self, work: &Patchwork, tolerance: f64) -> Option<PatchId> {
-        let (surface, diagonal) = (&work.surface, work.surface.base.diagonal());
-        let (area, box_) = (extent(surface).area, Some(self.bounds));
-        coverage(surface, &self.formula, diagonal, area, BACK_SAMPLES, box_)
-            .filter(|c| c.max_distance > tolerance || c.max_distance.is_nan())
-            .map(|c| c.worst_patch)
-    }
-
-    /// The mesh to try next; none if the surface will do, or its failure has nothing to do with the mesh.
-    fn wish(&self, made: &Result<Round, RecipeError>, mesh: &BaseMesh, round: usize) -> Option<Wish> {
-        match made {
-            Ok(made) => self.wish_after(made, round),
-            Err(error) => self.wish_after_failure(error, mesh),
-        }
-    }
-
-    /// The mesh to try next; none if the surface will do.
-    fn wish_after(&self, made: &Round, round: usize) -> Option<Wish> {
-        let (base, patches) = (&made.work.surface.base, &made.work.patches);
-        let bad = patches.iter().any(is_bad);
-        let mut wish = match self.recipe.size {
-            Size::Tolerance(tolerance) => {
-                if round >= GLOBAL_ROUNDS {
-                    return None;
-                }
-                let faces = base.mesh.face_count() as f64;
-                let mut wish = lengths_for_error(base, patches, AIM * tolerance);
-                if made.failing(tolerance) as f64 <= FEW * faces {
-                    return None;
-                }
-                let count = wish.faces as f64;
-                wish.faces = 2 * (0.5 * count).round() as usize;
-                wish
-            }
-            Size::Automatic | Size::Faces(_) => {
-                if !bad && round >= self.recipe.evening {
-                    return None;
-                }
-                lengths_for_error(base, patches, median_error(patches))
-            }
-        };
-        wish.reason = bad.then_some("patches folded or had normals off by more than 20°");
-        // Evening out keeps the count, as does a count that was asked for.
-        if matches!(self.recipe.size, Size::Faces(_))
-            || (wish.reason.is_none() && self.recipe.size == Size::Automatic)
-        {
-            wish.faces = base.mesh.face_count();
-        }
-        Some(wish)
-    }
-
-    /// Less is better: with a tolerance, the number of faces to be expected when it is kept; or else the number of bad
-    /// patches, then the error.
-    fn score(&self, round: &Round) -> (f64, f64) {
-        match self.recipe.size {
-            Size::Tolerance(tolerance) => (expected_faces(&round.work.patches, MARGIN * tolerance), 0.0),
-            Size::Automatic | Size::Faces(_) => (round.bad_patches() as f64, round.max_distance()),
-        }
-    }
-
-    /// The best surface while the next one is built: of a large one only the mesh is kept.
-    fn put_aside(&self, best: Best) -> Best {
-        match (best, self.recipe.size) {
-            (Best::Surface(round), Size::Automatic | Size::Faces(_)) => {
-                let score = self.score(&round);
-                Best::Mesh { mesh: round.work.surface.base, score }
-            }
-            (best, _) => best,
-        }
-    }
-
-    fn better_of(&self, made: Round, best: Best) -> Best {
-        let score = match &best {
-            Best::Surface(round) => self.score(round),
-            Best::Mesh { score, .. } => *score,
-        };
-        if score < self.score(&made) { best } else { Best::Surface(made) }
-    }
-
-    /// Shorter edges where a curve or a system has no solution.
-    fn wish_after_failure(&self, error: &RecipeError, mesh: &BaseMesh) -> Option<Wish> {
-        let vertices = match error {
-            RecipeError::Curve(
-                CurveError::Infeasible { from, to, .. } | CurveError::NoTangent { from, to, .. },
-            )
-            | RecipeError::Spline(SplineError::SingularEdge { from, to, .. }) => vec![*from, *to],
-            RecipeError::Spline(SplineError::SingularVertex { vertex }) => vec![*vertex],
-            _ => return None,
-        };
-        let mut wish = shorter_at(mesh, &vertices);
-        wish.reason = Some("a boundary curve or a G1 system had no solution");
-        if matches!(self.recipe.size, Size::Faces(_)) {
-            wish.faces = mesh.mesh.face_count();
-        }
-        Some(wish)
-    }
-}
-
-impl Round {
-    fn max_distance(&self) -> f64 {
-        self.work.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max)
-    }
-
-    fn bad_patches(&self) -> usize {
-        self.work.patches.iter().filter(|p| is_bad(p)).count()
-    }
-
-    /// Number of patches that are bad or beyond the tolerance.
-    fn failing(&self, tolerance: f64) -> usize {
-        self.work.patches.iter().filter(|p| misses(p, MARGIN * tolerance)).count()
-    }
-
-    fn require_no_folds(&self) -> Result<(), RecipeError> {
-        let folded = || self.work.patches.iter().enumerate().filter(|(_, p)| p.folded);
-        let Some((face, _)) = folded().next() else { return Ok(()) };
-        let at = self.work.surface.nets[face][0];
-        Err(RecipeError::Folded { count: folded().count(), face, at })
-    }
-}
-
 /// Runs stages, tells their names and sums up their times.
 struct Stages<'a> {
     seconds: Seconds,
@@ -599,6 +332,12 @@ impl Stages<'_> {
         (self.progress)(name);
         self.seconds.measure(name, work)
     }
+}
+
+fn require_no_folds(made: &Patchwork) -> Result<(), RecipeError> {
+    let folded = || made.patches.iter().enumerate().filter(|(_, p)| p.folded);
+    let Some((face, _)) = folded().next() else { return Ok(()) };
+    Err(RecipeError::Folded { count: folded().count(), face, at: made.surface.nets[face][0] })
 }
 
 fn remade(faces: usize, why: &str) -> Repair {

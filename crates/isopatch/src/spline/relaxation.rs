@@ -161,10 +161,12 @@ fn locals(nets: &[Net], sides: &Sides<'_>, target: &dyn Target, weight: f64) -> 
     // Filled in place: gathered from batches, they would for a moment be there twice.
     let mut locals: Vec<Option<Local>> = Vec::new();
     locals.resize_with(nets.len(), || None);
-    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH)).enumerate().for_each(|(batch, (locals, nets))| {
-        let found = locals_of_batch(nets, batch * BATCH, sides, target, weight);
-        locals.iter_mut().zip(found).for_each(|(local, found)| *local = found);
-    });
+    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH)).enumerate().for_each(
+        |(batch, (locals, nets))| {
+            let found = locals_of_batch(nets, batch * BATCH, sides, target, weight);
+            locals.iter_mut().zip(found).for_each(|(local, found)| *local = found);
+        },
+    );
     locals
 }
 
@@ -203,8 +205,7 @@ impl Local {
         for (k, side) in sides.iter().enumerate() {
             for (point, moves) in side.points.iter().zip(&side.moves) {
                 for j in 0..OF_EDGE {
-                    (0..SAMPLES)
-                        .for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[*point][s]);
+                    (0..SAMPLES).for_each(|s| w[OF_EDGE * k + j][s] += moves[j] * by_point[*point][s]);
                 }
             }
         }
@@ -321,7 +322,9 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
     // The blocks are small sums; kept, they would take more memory than the surface.
     let precondition = |r: &[Step]| -> Vec<Step> {
         let solve = |(e, r): (usize, &Step)| {
-            own_block(sides.mesh, e.into(), locals).cholesky().map_or_else(Step::zeros, |block| block.solve(r))
+            own_block(sides.mesh, e.into(), locals)
+                .cholesky()
+                .map_or_else(Step::zeros, |block| block.solve(r))
         };
         r.par_iter().enumerate().with_min_len(BATCH).map(solve).collect()
     };
