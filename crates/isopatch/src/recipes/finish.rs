@@ -59,7 +59,11 @@ impl Finisher<'_> {
         if self.split_failing()? {
             self.collapse_by_expectation()?;
             if self.split_failing()? {
-                self.thin(LEAST_THINNING.max((THINNING_SHARE * self.built as f64) as usize));
+                let budget = LEAST_THINNING.max((THINNING_SHARE * self.built as f64) as usize);
+                // Its first round changes the mesh nearly everywhere.
+                if self.work.patches.len() <= budget {
+                    self.thin(budget);
+                }
             }
         }
         Ok(())
