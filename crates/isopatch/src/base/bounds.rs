@@ -20,12 +20,15 @@ const MAX_LEVEL: usize = 75;
 /// The search stops when the surface is this many cells wide: its box is then known to some percent.
 const CELLS_ACROSS: f64 = 16.0;
 
-/// It also waits until two levels leave this share of the box: far from the surface, bounds that are too wide keep cells
-/// that smaller ones lose.
+/// It also waits until two levels leave this share of the box, and in [`find_box`] until the last one has so many times the
+/// cells of the one before: far from the surface, bounds that are too wide keep cells that smaller ones lose. A surface in cells of half the
+/// size has four times as many, a line that only seems to vanish has twice as many.
 const STABLE: f64 = 0.7;
+const GROWTH: f64 = 2.8;
 
-/// Largest number of cells of one level of [`find_box`].
-const SEARCH_BUDGET: usize = 50_000;
+/// Largest number of cells of one level of [`find_box`], for each of [`SEARCH_RADII`]. Beside a coordinate axis that the
+/// surface nearly reaches far out, a level has some √radius cells.
+const SEARCH_BUDGETS: [usize; 3] = [50_000, 250_000, 250_000];
 
 /// Largest number of cells of one level of [`tighten`]: a millisecond or so.
 const TIGHTEN_BUDGET: usize = 16_000;
@@ -57,18 +60,23 @@ pub fn check_box(bounds: &Aabb) -> Result<(), BaseError> {
 /// Cells in which [`Field::range`] excludes zero are dropped, so nothing of the surface inside the cube is lost. Fails
 /// with [`BaseError::Unbounded`] if the surface reaches the sides of every cube, or cannot be shown not to.
 pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
-    for radius in SEARCH_RADII {
+    let mut wide = None;
+    for (radius, budget) in SEARCH_RADII.into_iter().zip(SEARCH_BUDGETS) {
         let r = Vec3::repeat(radius);
         let cube = Aabb::new(-r, r);
         let inside = |rest: &Aabb| (0..3).all(|a| rest.min[a] > cube.min[a] && rest.max[a] < cube.max[a]);
-        let enclosure = subdivide(field, &cube, SEARCH_BUDGET, inside)?;
-        if enclosure.settled {
-            let rest = enclosure.bounds.grown(MARGIN * enclosure.bounds.size().max());
-            check_box(&rest)?;
-            return Ok(rest);
+        let enclosure = subdivide(field, &cube, budget, GROWTH, inside)?;
+        if enclosure.is_fine {
+            wide = Some(enclosure.bounds);
+        }
+        if enclosure.is_fine && !enclosure.spent {
+            break;
         }
     }
-    Err(BaseError::Unbounded)
+    let bounds = wide.ok_or(BaseError::Unbounded)?;
+    let rest = bounds.grown(MARGIN * bounds.size().max());
+    check_box(&rest)?;
+    Ok(rest)
 }
 
 /// The part of a box that may hold the surface, by interval bounds; with a small margin, but inside the box.
@@ -76,7 +84,7 @@ pub fn find_box(field: &dyn Field) -> Result<Aabb, BaseError> {
 /// Fails with [`BaseError::NoSurface`] if there is none.
 pub fn tighten(field: &dyn Field, bounds: &Aabb) -> Result<Aabb, BaseError> {
     check_box(bounds)?;
-    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, |_| true)?.bounds;
+    let rest = subdivide(field, bounds, TIGHTEN_BUDGET, 0.0, |_| true)?.bounds;
     let rest = rest.grown(MARGIN * rest.size().max());
     Ok(Aabb::new(rest.min.sup(&bounds.min), rest.max.inf(&bounds.max)))
 }
@@ -85,15 +93,18 @@ pub fn tighten(field: &dyn Field, bounds: &Aabb) -> Result<Aabb, BaseError> {
 struct Enclosure {
     bounds: Aabb,
     /// Is it fine enough, and accepted by `may_stop`?
-    settled: bool,
+    is_fine: bool,
+    /// Did the search end before it was stable?
+    spent: bool,
 }
 
-/// Bounding box of the cells that may hold zeros of f, breadth first, until it is [`CELLS_ACROSS`] cells wide and passes
-/// `may_stop`, or until there are more than `budget` cells: then it is still an enclosure, if only a wide one.
+/// Bounding box of the cells that may hold zeros of f, breadth first, until it is [`CELLS_ACROSS`] cells wide, passes
+/// `may_stop` and is stable, the cells having become `growth` times as many, or until there are more than `budget` cells: then it is still an enclosure, if only a wide one.
 fn subdivide(
     field: &dyn Field,
     root: &Aabb,
     budget: usize,
+    growth: f64,
     may_stop: impl Fn(&Aabb) -> bool,
 ) -> Result<Enclosure, BaseError> {
     let mut cells = vec![*root];
@@ -102,6 +113,7 @@ fn subdivide(
     let mut sizes = [f64::INFINITY; 2];
     for _ in 0..MAX_LEVEL {
         size *= 0.5;
+        let before = cells.len() as f64;
         cells = cells
             .par_iter()
             .flat_map_iter(|cell| octants(cell).into_iter().filter(|c| may_vanish(field, c)))
@@ -113,14 +125,14 @@ fn subdivide(
         bounds = cells.iter().fold(Aabb::EMPTY, |b, c| b.union(c));
         let longest = bounds.size().max();
         let fine = size.max() * CELLS_ACROSS <= longest && may_stop(&bounds);
-        let stable = longest > STABLE * sizes[0];
+        let stable = longest > STABLE * sizes[0] && cells.len() as f64 >= growth * before;
         let spent = cells.len() > budget;
         if spent || (fine && stable) {
-            return Ok(Enclosure { bounds, settled: fine });
+            return Ok(Enclosure { bounds, is_fine: fine, spent });
         }
         sizes = [sizes[1], longest];
     }
-    Ok(Enclosure { bounds, settled: false })
+    Ok(Enclosure { bounds, is_fine: false, spent: true })
 }
 
 fn octants(cell: &Aabb) -> [Aabb; 8] {

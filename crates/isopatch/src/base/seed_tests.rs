@@ -108,6 +108,8 @@ fn closed_surfaces_have_their_topology_for_certain() {
 fn thin_and_small_parts_are_found() {
     let thin = "(sqrt(x^2+y^2)-1)^2+z^2-0.0001";
     assert_eq!(topology(thin, &find_box(&field(thin)).unwrap()), (0, 1, 0, true));
+    let tilted = turned(thin);
+    assert_eq!(topology(&tilted, &find_box(&field(&tilted)).unwrap()), (0, 1, 0, true));
     for center in [Vec3::zeros(), Vec3::new(0.613, -0.347, 0.777)] {
         let small = seed(&sphere_at(center, 1e-3), &cube(1.0));
         assert_eq!((small.mesh.euler_number(), small.certified), (2, true));
@@ -115,6 +117,20 @@ fn thin_and_small_parts_are_found() {
     // Far apart, so that one box around both hides them from any reasonable grid.
     let two = "((x-0.9)^2+(y-0.8)^2+(z+0.7)^2-1e-6)((x+0.9)^2+(y+0.8)^2+(z-0.7)^2-1e-6)";
     assert_eq!(topology(two, &cube(1.0)), (4, 2, 0, true));
+}
+
+#[test]
+fn a_plate_with_twenty_holes_has_genus_20() {
+    let plate = "z^2-0.15+0.5*cos(pi*x/2)^4*sin(pi*y/2)^4+(x/5.6)^20+(y/4.6)^20";
+    assert_eq!(topology(plate, &find_box(&field(plate)).unwrap()), (-38, 1, 0, true));
+}
+
+/// Its box was a million wide: far out, the search took what bounds could not exclude along the axes for stable.
+#[test]
+fn the_box_of_a_turned_product_is_narrow() {
+    let turned = field(&turned("(x^2+1)(y^2+1)(z^2+1)+8xyz-2"));
+    let found = find_box(&turned).unwrap();
+    assert!(found.size().max() < 20.0, "{found:?}");
 }
 
 #[test]

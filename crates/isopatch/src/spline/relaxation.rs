@@ -377,6 +377,7 @@ fn move_row(net: &mut Net, side: &Side, step: &Step) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Vec3;
     use crate::spline::edge::EdgeSystem;
 
     /// The edge system leaves rows alone that satisfy it.
