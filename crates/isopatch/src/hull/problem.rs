@@ -17,6 +17,10 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// All, in their order.
+    pub const ALL: [Self; 5] =
+        [Self::NoVisibleNormal, Self::ApexOverlap, Self::FlatEdgeCell, Self::SteepApex, Self::NoApex];
+
     /// One word for reports.
     pub fn name(self) -> &'static str {
         match self {

@@ -109,7 +109,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
 }
 
 /// The n² triangles of a lattice, counter-clockwise.
-pub(super) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
+pub(crate) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
     let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
     let inverted = index::indices(n.saturating_sub(2))
         .filter(|_| n >= 2)

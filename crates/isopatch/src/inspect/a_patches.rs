@@ -1,0 +1,282 @@
+//! What a surface of A-patches is worth: every patch is sampled on a lattice, every seam from both sides.
+
+use super::seams::normal_jump;
+use super::{
+    Extent, Inspection, Interpolation, Intersections, Seams, intersections::places, or_infinite, topology,
+};
+use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
+use crate::apatch::{APatchSurface, Over};
+use crate::bernstein::{index, triangle};
+use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::surface::{Continuity, PatchId, SeamSide, Surface};
+use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
+use rayon::prelude::*;
+
+/// How finely [`inspect_a_patches`] samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct APatchInspectOptions {
+    /// Intervals of the lattice on every patch, at least 1; default 20.
+    pub lattice: usize,
+    /// Intervals along every seam, at least 1; default 32. With a power of two the parameters of both sides are the same to
+    /// the bit.
+    pub seam_intervals: usize,
+    /// The triangles that are tested for self-intersections; no test if there is none. Default 4 along, 2 across.
+    pub intersections: Option<APatchResolution>,
+}
+
+impl Default for APatchInspectOptions {
+    fn default() -> Self {
+        let intersections = Some(APatchResolution { along: 4, across: 2 });
+        Self { lattice: 20, seam_intervals: 32, intersections }
+    }
+}
+
+/// All that [`inspect_a_patches`] measures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct APatchInspection {
+    /// What is measured of every surface. Area and volume are those of the triangles of the lattices; curvatures, which the
+    /// method does not interpolate, are NaN.
+    pub common: Inspection,
+    /// Patches with a ray that has no root, in order. They are left out of the figures.
+    pub undefined: Vec<PatchId>,
+    /// Patches that have a small triangle of the lattice which faces against the surface normals at its corners, in order.
+    pub folded: Vec<PatchId>,
+}
+
+/// Measures a surface of A-patches. Time and memory are linear in the number of patches, apart from the test for
+/// self-intersections.
+pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions) -> APatchInspection {
+    let data = surface.function().hull().data();
+    let lattice = Lattice::new(options.lattice.max(1));
+    let patches: Vec<PatchFigures> = (0..surface.patch_count() as u32)
+        .into_par_iter()
+        .map_init(Grid::default, |grid, p| lattice.measure(surface, PatchId(p), grid))
+        .collect();
+    let mut bounds = Aabb::EMPTY;
+    let (mut area, mut volume) = (0.0, 0.0);
+    let mut interpolation = Interpolation {
+        max_curvature_error: f64::NAN,
+        max_mixed_curvature_error: f64::NAN,
+        ..Interpolation::default()
+    };
+    for patch in &patches {
+        bounds = bounds.union(&patch.bounds);
+        area += patch.area;
+        volume += patch.volume;
+        interpolation.max_position_error =
+            interpolation.max_position_error.max(patch.position_error / data.diagonal());
+        interpolation.max_normal_error = interpolation.max_normal_error.max(patch.normal_error);
+    }
+    let those = |is: fn(&PatchFigures) -> bool| -> Vec<PatchId> {
+        surface.patches().zip(&patches).filter(|(_, figures)| is(figures)).map(|(p, _)| p).collect()
+    };
+    let common = Inspection {
+        diagonal: data.diagonal(),
+        bounds: Aabb::around(data.positions()),
+        patches: surface.patch_count(),
+        topology: topology(data.mesh()),
+        extent: Extent { bounds, area, volume },
+        seams: seams(surface, data.diagonal(), options.seam_intervals.max(1)),
+        interpolation,
+        intersections: options.intersections.and_then(|resolution| intersections(surface, resolution)),
+        deviation: None,
+        coverage: None,
+    };
+    APatchInspection {
+        common,
+        undefined: those(|figures| figures.is_undefined),
+        folded: those(|figures| figures.is_folded),
+    }
+}
+
+/// Points and normals of a patch.
+#[derive(Default)]
+struct Grid {
+    points: Points,
+    normals: Points,
+}
+
+impl Grid {
+    fn evaluate(&mut self, count: usize, evaluate: impl Fn(&mut GridOut<'_>)) {
+        if self.points.len() != count {
+            (self.points, self.normals) = (Points::zeros(count), Points::zeros(count));
+        }
+        evaluate(&mut GridOut { points: self.points.view_mut(), normals: Some(self.normals.view_mut()) });
+    }
+}
+
+/// What the samples of one patch show.
+struct PatchFigures {
+    bounds: Aabb,
+    area: f64,
+    volume: f64,
+    /// Distance between corner and vertex, and angle between the normals there.
+    position_error: f64,
+    normal_error: f64,
+    is_undefined: bool,
+    is_folded: bool,
+}
+
+/// The lattices of both kinds of patches, as parameters and as triangles of them.
+struct Lattice {
+    faces: FaceTable,
+    face_triangles: Vec<[usize; 3]>,
+    face_corners: [usize; 3],
+    edges: EdgeTable,
+    edge_triangles: Vec<[usize; 3]>,
+}
+
+impl Lattice {
+    fn new(n: usize) -> Self {
+        let share = |i: usize| i as f64 / n as f64;
+        let square: Vec<[f64; 3]> =
+            (0..=n).flat_map(|i| (0..=n).map(move |j| [share(n - i), share(i), share(j)])).collect();
+        let at = |i: usize, j: usize| i * (n + 1) + j;
+        let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let edge_triangles = cells.flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        Self {
+            faces: FaceTable::new(&triangle::lattice(n)),
+            face_triangles: small_triangles(n).iter().map(|t| t.map(index::position)).collect(),
+            face_corners: [[n, 0, 0], [0, n, 0], [0, 0, n]].map(index::position),
+            edges: EdgeTable::new(&square),
+            edge_triangles: edge_triangles.collect(),
+        }
+    }
+
+    fn measure(&self, surface: &APatchSurface, patch: PatchId, grid: &mut Grid) -> PatchFigures {
+        let function = surface.function();
+        let data = function.hull().data();
+        match surface.over(patch) {
+            Over::Face(f) => {
+                grid.evaluate(self.faces.len(), |out| self.faces.evaluate(function, f, out));
+                let mut figures = figures(grid, &self.face_triangles, &data.positions()[0]);
+                for (k, corner) in self.face_corners.into_iter().enumerate() {
+                    let miss = or_infinite((grid.points.get(corner) - data.corners(f)[k]).norm());
+                    figures.position_error = figures.position_error.max(miss);
+                    let turn = normal_jump(&grid.normals.get(corner), &data.corner_gradients(f)[k]);
+                    figures.normal_error = figures.normal_error.max(turn);
+                }
+                figures
+            }
+            Over::Edge(e) => {
+                grid.evaluate(self.edges.len(), |out| self.edges.evaluate(function, e, out));
+                figures(grid, &self.edge_triangles, &data.positions()[0])
+            }
+        }
+    }
+}
+
+/// Figures of the triangles over a grid, volume as that of the cone from `origin`.
+fn figures(grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> PatchFigures {
+    let mut figures = PatchFigures {
+        bounds: Aabb::EMPTY,
+        area: 0.0,
+        volume: 0.0,
+        position_error: 0.0,
+        normal_error: 0.0,
+        is_undefined: false,
+        is_folded: false,
+    };
+    for p in (0..grid.points.len()).map(|i| grid.points.get(i)) {
+        if !p.iter().all(|c| c.is_finite()) {
+            figures.is_undefined = true;
+            return figures;
+        }
+        figures.bounds = figures.bounds.including(&p);
+    }
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|i| grid.points.get(i) - origin);
+        let normal = (b - a).cross(&(c - a));
+        let towards: Vec3 = triangle.map(|i| grid.normals.get(i)).iter().sum();
+        figures.area += 0.5 * normal.norm();
+        figures.volume += a.dot(&normal) / 6.0;
+        figures.is_folded |= normal.dot(&towards) < -FLAT * normal.norm();
+    }
+    figures
+}
+
+/// A triangle whose normal is off the surface normals by little more than a right angle is no fold: next to the ends of a
+/// lens triangles are slivers, whose normals are rounding.
+const FLAT: f64 = 1e-6;
+
+/// Gaps and normal jumps of all seams, each sampled from both sides.
+fn seams(surface: &APatchSurface, diagonal: f64, intervals: usize) -> Seams {
+    let borders = Borders::new(intervals);
+    let measured: Vec<Option<(f64, f64)>> = surface
+        .seams()
+        .par_iter()
+        .map_init(<[Grid; 2]>::default, |[a, b], seam| {
+            borders.evaluate(surface, seam.first, a);
+            borders.evaluate(surface, seam.second?, b);
+            let (gap, jump) = borders.compare((seam.first, a), (seam.second?, b));
+            Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
+        })
+        .collect();
+    Seams::gathered(measured, diagonal)
+}
+
+/// Tables of the borders of patches, in the direction of the patch.
+struct Borders {
+    faces: [FaceTable; 3],
+    /// Where the patch over an edge meets the right face and the left face.
+    edges: [EdgeTable; 2],
+    intervals: usize,
+}
+
+impl Borders {
+    fn new(intervals: usize) -> Self {
+        let share = |i: usize| i as f64 / intervals as f64;
+        let along = |k: usize| -> Vec<[f64; 3]> {
+            let at = |i: usize| {
+                let mut x = [0.0; 3];
+                (x[k], x[(k + 1) % 3]) = (share(intervals - i), share(i));
+                x
+            };
+            (0..=intervals).map(at).collect()
+        };
+        let beside = |y: f64, from_start: bool| -> Vec<[f64; 3]> {
+            let at = |i: usize| if from_start { i } else { intervals - i };
+            (0..=intervals).map(|i| [share(intervals - at(i)), share(at(i)), y]).collect()
+        };
+        Self {
+            faces: [0, 1, 2].map(|k| FaceTable::new(&along(k))),
+            // Edge 0 of a square runs along the edge, edge 2 against it.
+            edges: [beside(0.0, true), beside(1.0, false)].map(|points| EdgeTable::new(&points)),
+            intervals,
+        }
+    }
+
+    fn evaluate(&self, surface: &APatchSurface, side: SeamSide, grid: &mut Grid) {
+        let function = surface.function();
+        let count = self.intervals + 1;
+        match surface.over(side.patch) {
+            Over::Face(f) => {
+                let table = &self.faces[usize::from(side.edge) % 3];
+                grid.evaluate(count, |out| table.evaluate(function, f, out));
+            }
+            Over::Edge(e) => {
+                let table = &self.edges[usize::from(side.edge) / 2 % 2];
+                grid.evaluate(count, |out| table.evaluate(function, e, out));
+            }
+        }
+    }
+
+    /// Largest distance, and largest angle between normals, of two sides of a seam.
+    fn compare(&self, (first, a): (SeamSide, &Grid), (second, b): (SeamSide, &Grid)) -> (f64, f64) {
+        let at = |side: SeamSide, i: usize| if side.reversed { self.intervals - i } else { i };
+        let (mut gap, mut jump) = (0.0, 0.0);
+        for i in 0..=self.intervals {
+            let (i, j) = (at(first, i), at(second, i));
+            gap = f64::max(gap, or_infinite((a.points.get(i) - b.points.get(j)).norm()));
+            jump = f64::max(jump, normal_jump(&a.normals.get(i), &b.normals.get(j)));
+        }
+        (gap, jump)
+    }
+}
+
+fn intersections(surface: &APatchSurface, resolution: APatchResolution) -> Option<Intersections> {
+    Some(places(&tessellate_a_patches(surface, resolution).ok()?))
+}
