@@ -346,6 +346,11 @@ impl Seconds {
         result
     }
 
+    /// Adds the stages of another list at the end.
+    pub fn append(&mut self, other: &Self) {
+        self.stages.extend(other.stages.iter().cloned());
+    }
+
     /// Seconds since this was made.
     pub fn total(&self) -> f64 {
         self.start.elapsed().as_secs_f64()

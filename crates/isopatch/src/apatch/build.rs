@@ -94,6 +94,32 @@ fn edge_side(hull: &Hull, faces: &[FaceFunction], e: EdgeId, side: Side) -> Opti
     Some(EdgeSide::new(cell, &left, &right))
 }
 
+/// A function taken apart, as files have it; see the methods of [`APatchFunction`] with the same names.
+#[derive(Clone, Debug)]
+pub struct APatchParts {
+    /// The hull.
+    pub hull: Hull,
+    /// The function in the cells of each face.
+    pub faces: Vec<FaceFunction>,
+    /// The function in the cells of each edge.
+    pub edges: Vec<[Option<EdgeSide>; 2]>,
+    /// Default free parameters.
+    pub default_free: Vec<[f64; 2]>,
+    /// Their sufficient bounds.
+    pub sufficient_free: Vec<[f64; 2]>,
+    /// Those in use.
+    pub free: Vec<[f64; 2]>,
+}
+
+impl From<APatchParts> for APatchFunction {
+    /// The function of parts that belong together: with an entry for each face and each edge of the hull, and a function for
+    /// each of its cells.
+    fn from(parts: APatchParts) -> Self {
+        let APatchParts { hull, faces, edges, default_free, sufficient_free, free } = parts;
+        Self { hull, faces, edges, defaults: default_free, sufficient: sufficient_free, free }
+    }
+}
+
 impl APatchFunction {
     /// The hull with its data.
     pub fn hull(&self) -> &Hull {

@@ -38,7 +38,7 @@ mod value;
 mod tests;
 
 pub use base::Base;
-pub use build::{APatchFunction, APatchOptions, build};
+pub use build::{APatchFunction, APatchOptions, APatchParts, build};
 pub use edge::{EdgeFunction, EdgeSide, Flank, Rim};
 pub use face::{FaceFunction, FaceSide};
 pub use free::{Free, FreeRule};

@@ -140,6 +140,33 @@ pub struct AddedCrease {
     pub reason: Reason,
 }
 
+/// A hull taken apart, as files have it.
+#[derive(Clone, Debug)]
+pub struct HullParts {
+    /// See [`Hull::data`].
+    pub data: HermiteMesh,
+    /// See [`Hull::faces`].
+    pub faces: Vec<HullFace>,
+    /// See [`Hull::edges`].
+    pub edges: Vec<HullEdge>,
+    /// See [`Hull::problems`].
+    pub problems: Vec<Problem>,
+    /// See [`Hull::moved_normals`].
+    pub moved_normals: Vec<VertexId>,
+    /// See [`Hull::corners`].
+    pub corners: Vec<Corner>,
+    /// See [`Hull::added_creases`].
+    pub added_creases: Vec<AddedCrease>,
+}
+
+impl From<HullParts> for Hull {
+    /// The hull of parts that belong together: one face and one edge for each of the mesh.
+    fn from(parts: HullParts) -> Self {
+        let HullParts { data, faces, edges, problems, moved_normals, corners, added_creases } = parts;
+        Self { data, faces, edges, problems, moved_normals, corners, added_creases }
+    }
+}
+
 impl Hull {
     /// What is interpolated. Its gradients are those given, but for [`Hull::moved_normals`].
     pub fn data(&self) -> &HermiteMesh {

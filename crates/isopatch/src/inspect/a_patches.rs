@@ -8,7 +8,7 @@ use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchSurface, Over};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3};
-use crate::surface::{Continuity, PatchId, SeamSide, Surface};
+use crate::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
 use rayon::prelude::*;
 
@@ -202,78 +202,39 @@ fn figures(grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> PatchFigur
 /// lens triangles are slivers, whose normals are rounding.
 const FLAT: f64 = 1e-6;
 
-/// Gaps and normal jumps of all seams, each sampled from both sides.
+/// Gaps and normal jumps of all seams, each sampled from both sides, one point after the other: only these, and not points
+/// in vector lanes, have the same bits on both sides.
 fn seams(surface: &APatchSurface, diagonal: f64, intervals: usize) -> Seams {
-    let borders = Borders::new(intervals);
     let measured: Vec<Option<(f64, f64)>> = surface
         .seams()
         .par_iter()
-        .map_init(<[Grid; 2]>::default, |[a, b], seam| {
-            borders.evaluate(surface, seam.first, a);
-            borders.evaluate(surface, seam.second?, b);
-            let (gap, jump) = borders.compare((seam.first, a), (seam.second?, b));
+        .map(|seam| {
+            let (first, second) = (seam.first, seam.second?);
+            let (mut gap, mut jump) = (0.0, 0.0);
+            for i in 0..=intervals {
+                let at = |side: SeamSide| surface.sample(side.patch, on_seam(surface, side, i, intervals));
+                let (a, b) = (at(first), at(second));
+                gap = f64::max(gap, or_infinite((a.point - b.point).norm()));
+                jump = f64::max(jump, normal_jump(&a.normal, &b.normal));
+            }
             Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
         })
         .collect();
     Seams::gathered(measured, diagonal)
 }
 
-/// Tables of the borders of patches, in the direction of the patch.
-struct Borders {
-    faces: [FaceTable; 3],
-    /// Where the patch over an edge meets the right face and the left face.
-    edges: [EdgeTable; 2],
-    intervals: usize,
-}
-
-impl Borders {
-    fn new(intervals: usize) -> Self {
-        let share = |i: usize| i as f64 / intervals as f64;
-        let along = |k: usize| -> Vec<[f64; 3]> {
-            let at = |i: usize| {
-                let mut x = [0.0; 3];
-                (x[k], x[(k + 1) % 3]) = (share(intervals - i), share(i));
-                x
-            };
-            (0..=intervals).map(at).collect()
-        };
-        let beside = |y: f64, from_start: bool| -> Vec<[f64; 3]> {
-            let at = |i: usize| if from_start { i } else { intervals - i };
-            (0..=intervals).map(|i| [share(intervals - at(i)), share(at(i)), y]).collect()
-        };
-        Self {
-            faces: [0, 1, 2].map(|k| FaceTable::new(&along(k))),
-            // Edge 0 of a square runs along the edge, edge 2 against it.
-            edges: [beside(0.0, true), beside(1.0, false)].map(|points| EdgeTable::new(&points)),
-            intervals,
-        }
-    }
-
-    fn evaluate(&self, surface: &APatchSurface, side: SeamSide, grid: &mut Grid) {
-        let function = surface.function();
-        let count = self.intervals + 1;
-        match surface.over(side.patch) {
-            Over::Face(f) => {
-                let table = &self.faces[usize::from(side.edge) % 3];
-                grid.evaluate(count, |out| table.evaluate(function, f, out));
-            }
-            Over::Edge(e) => {
-                let table = &self.edges[usize::from(side.edge) / 2 % 2];
-                grid.evaluate(count, |out| table.evaluate(function, e, out));
-            }
-        }
-    }
-
-    /// Largest distance, and largest angle between normals, of two sides of a seam.
-    fn compare(&self, (first, a): (SeamSide, &Grid), (second, b): (SeamSide, &Grid)) -> (f64, f64) {
-        let at = |side: SeamSide, i: usize| if side.reversed { self.intervals - i } else { i };
-        let (mut gap, mut jump) = (0.0, 0.0);
-        for i in 0..=self.intervals {
-            let (i, j) = (at(first, i), at(second, i));
-            gap = f64::max(gap, or_infinite((a.points.get(i) - b.points.get(j)).norm()));
-            jump = f64::max(jump, normal_jump(&a.normals.get(i), &b.normals.get(j)));
-        }
-        (gap, jump)
+/// Parameters of point i of a seam, in the patch of one of its sides.
+fn on_seam(surface: &APatchSurface, side: SeamSide, i: usize, intervals: usize) -> [f64; 2] {
+    let i = if side.reversed { intervals - i } else { i };
+    let (t, rest) = (i as f64 / intervals as f64, (intervals - i) as f64 / intervals as f64);
+    match (surface.domain(side.patch), side.edge) {
+        (Domain::Triangle, 0) => [rest, t],
+        (Domain::Triangle, 1) => [0.0, rest],
+        (Domain::Triangle, _) => [t, 0.0],
+        (Domain::Square, 0) => [t, 0.0],
+        (Domain::Square, 1) => [1.0, t],
+        (Domain::Square, 2) => [rest, 1.0],
+        (Domain::Square, _) => [0.0, rest],
     }
 }
 

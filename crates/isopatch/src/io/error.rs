@@ -48,6 +48,14 @@ pub enum WriteError {
         /// Its number.
         index: usize,
     },
+    /// A coefficient of an A-patch is infinite or not a number.
+    #[error("number {index} of section {section} is not finite")]
+    Coefficient {
+        /// The section of the native format.
+        section: String,
+        /// Position of the number there.
+        index: usize,
+    },
     /// A closed component faces inward and nothing encloses it.
     #[error("the component of patch {patch} faces inward and lies in no other: its solid would be unbounded")]
     InsideOut {

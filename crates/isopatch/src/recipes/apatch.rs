@@ -12,7 +12,8 @@ use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason}
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
     self, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared, TooManyCorners, Triangles,
-    VertexId, gradient_lengths, normals, place_names,
+    VertexId, creases, gradient_lengths,
+    normals::{self, NormalRule}, place_names,
 };
 use crate::report::{APatchReport, Seconds};
 
@@ -74,6 +75,9 @@ pub struct APatchRecipe {
     pub normals: Option<NormalSource>,
     /// How long gradients are.
     pub lengths: GradientLengths,
+    /// Edges whose faces have normals that differ by more than this many radians are creases; none for no creases but those
+    /// that the hull needs.
+    pub crease_angle: Option<f64>,
     /// Hull.
     pub hull: HullOptions,
     /// Function. Free parameters for each face are in the order of the faces of the mesh as it is given.
@@ -136,9 +140,10 @@ pub fn fit(
     progress("mesh");
     let base = seconds.measure("mesh", || triangles(mesh, recipe))?;
     progress("normals");
-    let (gradients, turned) = seconds.measure("normals", || gradients(mesh, &base, recipe))?;
+    let sharp = sharp_edges(&base, recipe);
+    let (gradients, turned) = seconds.measure("normals", || gradients(mesh, &base, &sharp, recipe))?;
     progress("hull");
-    let data = HermiteMesh::new(base.connectivity, base.positions, &gradients)
+    let data = HermiteMesh::with_creases(base.connectivity, base.positions, gradients, sharp)
         .map_err(|error| in_numbers_of_the_input(error, &base.vertex_source, &base.face_source))?;
     let hull = seconds.measure("hull", || hull::build(data, &recipe.hull));
     progress("patches");
@@ -203,48 +208,70 @@ fn source(mesh: &PolygonMesh, recipe: &APatchRecipe) -> NormalSource {
     recipe.normals.unwrap_or(default)
 }
 
-/// The gradient at every vertex, and which normals of the file were changed.
+/// Which edges are creases.
+fn sharp_edges(base: &Base, recipe: &APatchRecipe) -> Vec<bool> {
+    match recipe.crease_angle {
+        Some(angle) => creases::by_angle(&base.connectivity, &base.positions, angle),
+        None => vec![false; base.connectivity.edge_count()],
+    }
+}
+
+/// The gradient at every corner, and which normals of the file were changed.
 fn gradients(
     given: &PolygonMesh,
     base: &Base,
+    sharp: &[bool],
     recipe: &APatchRecipe,
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
     let (mesh, positions) = (&base.connectivity, &base.positions[..]);
+    let computed = |rule| (normals::at_corners(mesh, positions, sharp, rule), Vec::new());
     let (vectors, repairs) = match source(given, recipe) {
-        NormalSource::File => of_file(given, base)?,
-        NormalSource::Loop => (normals::loop_limit(mesh, positions), Vec::new()),
-        NormalSource::Angle => (normals::angle_weighted(mesh, positions), Vec::new()),
-        NormalSource::Area => (normals::area_weighted(mesh, positions), Vec::new()),
+        NormalSource::File => of_file(given, base, sharp)?,
+        NormalSource::Loop => computed(NormalRule::LoopLimit),
+        NormalSource::Angle => computed(NormalRule::AngleWeighted),
+        NormalSource::Area => computed(NormalRule::AreaWeighted),
     };
-    let units = || vectors.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect::<Vec<_>>();
+    let units =
+        || vectors.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect::<Vec<_>>();
     let gradients = match recipe.lengths {
         GradientLengths::Given => vectors,
         GradientLengths::Unit => units(),
         GradientLengths::Recovered => {
             let units = units();
-            let lengths = gradient_lengths::recovered(mesh, positions, &units);
+            let lengths = gradient_lengths::recovered(mesh, positions, sharp, &units);
             units.iter().zip(lengths).map(|(n, length)| length * n).collect()
         }
     };
     Ok((gradients, repairs))
 }
 
-/// The normals of the file, turned to the side where the faces show after repairs; the Loop limit where there is none.
-fn of_file(given: &PolygonMesh, base: &Base) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
+/// The normals of the file, turned to the side where the faces show after repairs. Where there is none, and where several
+/// are needed because sharp edges meet, the Loop limit.
+fn of_file(
+    given: &PolygonMesh,
+    base: &Base,
+    sharp: &[bool],
+) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
     let filed = given.normals.as_ref().ok_or(APatchError::NoNormals)?;
-    let mut vectors: Vec<Vec3> = base.vertex_source.iter().map(|v| filed[*v as usize]).collect();
     let (mesh, positions) = (&base.connectivity, &base.positions[..]);
     let outward = normals::angle_weighted(mesh, positions);
-    let is_missing = |n: &Vec3| n.norm() == 0.0 || !n.norm().is_finite();
-    let limit = if vectors.iter().any(is_missing) { normals::loop_limit(mesh, positions) } else { Vec::new() };
-    let (mut missing, mut turned) = (Vec::new(), Vec::new());
-    for (v, vector) in vectors.iter_mut().enumerate() {
-        if is_missing(vector) {
-            missing.push(base.vertex_source[v]);
-            *vector = limit[v];
-        } else if vector.dot(&outward[v]) < 0.0 {
-            turned.push(base.vertex_source[v]);
-            *vector = -*vector;
+    let limit = normals::at_corners(mesh, positions, sharp, NormalRule::LoopLimit);
+    let mut vectors = limit.clone();
+    let (mut missing, mut turned, mut several) = (Vec::new(), Vec::new(), Vec::new());
+    for v in mesh.vertices() {
+        let vertex = base.vertex_source[v.index()];
+        let normal = filed[vertex as usize];
+        let is_one = mesh.ring(v).all(|h| limit[h.index()] == limit[mesh.ring(v).next().unwrap_or(h).index()]);
+        if !is_one {
+            several.push(vertex);
+        } else if normal.norm() == 0.0 || !normal.norm().is_finite() {
+            missing.push(vertex);
+        } else {
+            let points_back = normal.dot(&outward[v.index()]) < 0.0;
+            if points_back {
+                turned.push(vertex);
+            }
+            mesh.ring(v).for_each(|h| vectors[h.index()] = if points_back { -normal } else { normal });
         }
     }
     let word = |what: &str, vertices: Vec<u32>, why: &str| {
@@ -254,6 +281,7 @@ fn of_file(given: &PolygonMesh, base: &Base) -> Result<(Vec<Vec3>, Vec<Repair>),
     };
     let repairs = [
         word("normals computed", missing, "those of the file are zero"),
+        word("normals computed on creases", several, "the file has one each, and several are needed"),
         word("normals turned over", turned, "they pointed behind the faces around them"),
     ];
     Ok((vectors, repairs.into_iter().flatten().collect()))
@@ -305,6 +333,7 @@ fn in_numbers_of_the_input(error: HermiteError, vertex_source: &[u32], face_sour
         HermiteError::DegenerateFace { face } => HermiteError::DegenerateFace { face: f(face) },
         HermiteError::Position { vertex } => HermiteError::Position { vertex: v(vertex) },
         HermiteError::Gradient { vertex } => HermiteError::Gradient { vertex: v(vertex) },
+        HermiteError::Sector { vertex } => HermiteError::Sector { vertex: v(vertex) },
         HermiteError::Count { .. } => error,
     }
 }

@@ -4,7 +4,7 @@ use crate::base::{Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
 use crate::geom::Point3;
 use crate::io::WriteError;
-use crate::mesh::{EdgeId, HalfEdgeId};
+use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh};
 use crate::spline::TriangularSpline;
 use std::io::Write;
 
@@ -21,20 +21,25 @@ pub fn write_native(
     check(spline)?;
     let mut sections = vec![
         (META, meta(provenance)?),
-        (FACES, faces(spline)),
+        (FACES, faces(&spline.base.mesh)),
         (VERTICES, vertices(spline)),
         (EDGES, spline.base.features.iter().map(|f| feature_code(*f)).collect()),
         (CURVES, points(spline.curves.iter().flatten())),
         (INTERIORS, interiors(spline)),
     ];
     sections.extend(spline.base.clip.as_ref().map(|clip| (CLIP, clip_bytes(clip))));
+    write_sections(&sections, out)
+}
+
+/// Writes the frame: header, section table, sections.
+pub(super) fn write_sections(sections: &[(Tag, Vec<u8>)], out: &mut impl Write) -> Result<(), WriteError> {
     let mut header = Vec::new();
     header.extend_from_slice(&MAGIC);
     header.extend_from_slice(&MAJOR.to_le_bytes());
     header.extend_from_slice(&MINOR.to_le_bytes());
     header.extend_from_slice(&(sections.len() as u32).to_le_bytes());
     let mut offset = (FIXED_HEADER + sections.len() * ENTRY + CHECKSUM) as u64;
-    for (tag, bytes) in &sections {
+    for (tag, bytes) in sections {
         header.extend_from_slice(&tag.0);
         header.extend_from_slice(&crc32fast::hash(bytes).to_le_bytes());
         header.extend_from_slice(&offset.to_le_bytes());
@@ -55,7 +60,7 @@ fn feature_code(feature: EdgeFeature) -> u8 {
     }
 }
 
-fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
+pub(super) fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
     let mut bytes = Vec::new();
     for text in [&provenance.generator, &provenance.options, &provenance.source, provenance.unit.symbol()] {
         let count = text.len();
@@ -67,8 +72,7 @@ fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
     Ok(bytes)
 }
 
-fn faces(spline: &TriangularSpline) -> Vec<u8> {
-    let mesh = &spline.base.mesh;
+pub(super) fn faces(mesh: &HalfEdgeMesh) -> Vec<u8> {
     let counts = [mesh.vertex_count() as u32, mesh.face_count() as u32];
     let corners = mesh.faces().flat_map(|f| mesh.triangle(f).map(|v| v.0));
     counts.into_iter().chain(corners).flat_map(u32::to_le_bytes).collect()
@@ -98,7 +102,7 @@ fn interiors(spline: &TriangularSpline) -> Vec<u8> {
     points(spline.nets.iter().flat_map(|net| inside.iter().map(|c| &net[*c])))
 }
 
-fn points<'a>(points: impl Iterator<Item = &'a Point3>) -> Vec<u8> {
+pub(super) fn points<'a>(points: impl Iterator<Item = &'a Point3>) -> Vec<u8> {
     points.flat_map(|p| [p.x, p.y, p.z]).flat_map(f64::to_le_bytes).collect()
 }
 
