@@ -81,14 +81,23 @@ fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
         "gradients",
         format!("normals {}, lengths {}", word(&apatch.normals), word(&apatch.gradient_lengths)),
     );
+    let creases = apatch.creases_straight + apatch.creases_curved;
+    if creases > 0 {
+        let APatchReport { creases_curved, creases_added, corners, .. } = apatch;
+        lines.add(
+            "creases",
+            format!("{creases}, {creases_curved} of them curved; {creases_added} added, with {corners} corners"),
+        );
+    }
     for (what, count, first) in [
         ("not defined everywhere", apatch.undefined, &apatch.undefined_at),
-        ("folded", apatch.folded, &apatch.folded_at),
+        ("that fold", apatch.folded, &apatch.folded_at),
+        ("that bend hard, which flat triangles show", apatch.steep, &apatch.steep_at),
     ] {
         if let Some(count) = count.filter(|count| *count > 0) {
             let names: Vec<String> = first.iter().map(u32::to_string).collect();
             let more = if count > first.len() { ", …" } else { "" };
-            lines.add("bad", format!("{count} patches {what}: {}{more}", names.join(", ")));
+            lines.add("look at", format!("{count} patches {what}: {}{more}", names.join(", ")));
         }
     }
 }

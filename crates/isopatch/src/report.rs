@@ -190,6 +190,14 @@ pub struct APatchReport {
     pub edge_cells: usize,
     /// Number of vertices whose normal was moved to see the faces around them.
     pub normals_moved: usize,
+    /// Number of sharp edges over which both faces end in the edge itself.
+    pub creases_straight: usize,
+    /// Number of sharp edges over which the faces are pulled to a common curve.
+    pub creases_curved: usize,
+    /// How many of both were not asked for: without them the surface would not be valid.
+    pub creases_added: usize,
+    /// Number of vertices that were given several normals for the same reason.
+    pub corners: usize,
     /// Number of free parameters whose default was raised to the bound that is sufficient for one root on every ray.
     pub free_raised: usize,
     /// Number of vertices, faces and edges where the hull is not valid, by reason.
@@ -198,6 +206,11 @@ pub struct APatchReport {
     pub undefined: Option<usize>,
     /// See `undefined`.
     pub undefined_at: Vec<u32>,
+    /// Patches whose normal turns from that of a small triangle by more than a right angle, and the first ten of them: the surface
+    /// bends hard there. None if that was not looked for.
+    pub steep: Option<usize>,
+    /// See `steep`.
+    pub steep_at: Vec<u32>,
     /// Patches that fold over, and the first ten of them; none if that was not looked for.
     pub folded: Option<usize>,
     /// See `folded`.
@@ -229,6 +242,7 @@ impl APatchReport {
         for problem in hull.problems() {
             *problems.entry(problem.reason().name().to_owned()).or_default() += 1;
         }
+        let creases = function.crease_counts();
         let sides = function.free().iter().zip(function.default_free()).zip(function.sufficient_free());
         let raised = sides.flat_map(|((free, default), bound)| {
             Side::BOTH.map(Side::index).map(|s| default[s] < bound[s] && free[s] > default[s])
@@ -239,6 +253,10 @@ impl APatchReport {
             face_cells: hull.faces().iter().map(|face| face.apexes.iter().flatten().count()).sum(),
             edge_cells: hull.edges().iter().map(|edge| edge.cells.iter().flatten().count()).sum(),
             normals_moved: hull.moved_normals().len(),
+            creases_straight: creases.straight,
+            creases_curved: creases.curved,
+            creases_added: hull.added_creases().len(),
+            corners: hull.corners().len(),
             free_raised: raised.filter(|raised| *raised).count(),
             problems,
             ..Self::default()
@@ -249,6 +267,7 @@ impl APatchReport {
     pub fn inspected(mut self, found: &APatchInspection) -> Self {
         let first = |patches: &[PatchId]| patches.iter().take(NAMED_PATCHES).map(|p| p.0).collect();
         (self.undefined, self.undefined_at) = (Some(found.undefined.len()), first(&found.undefined));
+        (self.steep, self.steep_at) = (Some(found.steep.len()), first(&found.steep));
         (self.folded, self.folded_at) = (Some(found.folded.len()), first(&found.folded));
         self
     }
@@ -463,7 +482,8 @@ mod tests {
             rms_distance max_normal_error_rad certified distance topology \
             spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
             apatch normals gradient_lengths faces positive negative zero nonconvex edges positive face_cells edge_cells \
-            normals_moved free_raised problems undefined undefined_at folded folded_at resolution \
+            normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
+            steep steep_at folded folded_at resolution \
             repairs what where why seconds total base spline peak_memory_bytes";
         let mut rest = text.as_str();
         for field in fields.split_whitespace() {

@@ -31,13 +31,13 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
 
     progress.stage("inspection");
     let inspection = seconds.measure("inspection", || {
-        // What nobody reads is not measured; nor are self-intersections, which take longest, without a report.
-        let default = APatchInspectOptions::default();
-        let intersections = default.intersections.filter(|_| options.report.is_some());
-        let is_read = options.report.is_some() || !options.quiet;
-        is_read.then(|| {
-            inspect_a_patches(&fitted.surface, &APatchInspectOptions { intersections, ..default })
-        })
+        // What nobody reads is not measured.
+        let options = match (&options.report, options.quiet) {
+            (Some(_), _) => APatchInspectOptions::default(),
+            (None, false) => APatchInspectOptions::QUICK,
+            (None, true) => return None,
+        };
+        Some(inspect_a_patches(&fitted.surface, &options))
     });
     let input = path.display().to_string();
     let provenance = making::of_mesh(&input, options, &fitted)?;

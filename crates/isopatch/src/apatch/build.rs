@@ -4,7 +4,7 @@ use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
 use crate::hull::{Class, Hull, Side};
-use crate::mesh::{EdgeId, FaceId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use rayon::prelude::*;
 
 /// Options of [`build`].
@@ -59,8 +59,12 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
 fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Option<CellQuadric>; 2]) {
     let (mesh, frame, face) = (hull.data().mesh(), hull.face_frame(f), &hull.faces()[f.index()]);
     let mut half_edges = mesh.face_half_edges(f);
-    let straight = [(); 3]
-        .map(|()| half_edges.next().is_some_and(|h| hull.edges()[mesh.edge(h).index()].class == Class::Zero));
+    // The faces beside a crease have gradients of their own there.
+    let class = |h: HalfEdgeId| match mesh.edge(h) {
+        e if hull.data().is_crease(e) => frame.edge_class(mesh.side(h)),
+        e => hull.edges()[e.index()].class,
+    };
+    let straight = [(); 3].map(|()| half_edges.next().is_some_and(|h| class(h) == Class::Zero));
     let base = Base::new(&frame, straight, face.class == Class::Nonconvex);
     let made = Side::BOTH.map(|side| {
         let layer1 = frame.layer1(side, &face.apexes[side.index()]?);

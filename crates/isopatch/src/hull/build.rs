@@ -1,6 +1,8 @@
 //! Puts apexes over the faces of a mesh and checks what stands between them.
 
 use super::class::{Class, Side, bend};
+use super::corner;
+use super::crease;
 use super::edge::{EdgeCell, EdgeFrame};
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
@@ -57,6 +59,8 @@ pub struct RobustApexes {
     pub raises: usize,
     /// Rounds of other directions and normals for what is still wrong, each linear in the number of such faces; default 3.
     pub repairs: usize,
+    /// Make creases and corners where nothing else helps, until no problem remains; default true.
+    pub corners: bool,
 }
 
 impl Default for RobustApexes {
@@ -69,6 +73,7 @@ impl Default for RobustApexes {
             raise: 1.3,
             raises: 12,
             repairs: 3,
+            corners: true,
         }
     }
 }
@@ -104,9 +109,9 @@ pub struct HullFace {
 /// An edge of the hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullEdge {
-    /// How the surface bends over it.
+    /// How the surface bends over it; seen from the left face if it is a crease.
     pub class: Class,
-    /// Its cells on the outer and the inner side.
+    /// Its cells on the outer and the inner side; a boundary or a crease has none.
     pub cells: [Option<EdgeCell>; 2],
 }
 
@@ -249,6 +254,9 @@ pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
     if let ApexRule::Robust(rule) = options.rule {
         builder.raise((0..builder.edges.len()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
+        if rule.corners {
+            corner::make_corners(&mut builder, &rule);
+        }
     }
     builder.finish()
 }
@@ -263,7 +271,7 @@ pub(super) struct Builder<'a> {
     edge_fault: Vec<Option<Reason>>,
     faults: Vec<u8>,
     /// Number of faces with a fault, and number of faults.
-    score: (usize, usize),
+    pub score: (usize, usize),
     given: Vec<Vec3>,
     journal: Vec<Change>,
     pub corners: Vec<Corner>,
@@ -274,6 +282,7 @@ pub(super) struct Builder<'a> {
 enum Change {
     Face(FaceId, HullFace),
     Gradient(HalfEdgeId, Vec3),
+    Crease(EdgeId),
 }
 
 impl<'a> Builder<'a> {
@@ -326,6 +335,14 @@ impl<'a> Builder<'a> {
         self.data.mesh().edges().filter(|e| self.is_bad_edge(*e)).collect()
     }
 
+    pub fn fault_of_face(&self, f: FaceId) -> Option<Reason> {
+        self.face_fault[f.index()]
+    }
+
+    pub fn fault_of_edge(&self, e: EdgeId) -> Option<Reason> {
+        self.edge_fault[e.index()]
+    }
+
     pub fn is_bad_edge(&self, e: EdgeId) -> bool {
         self.edge_fault[e.index()].is_some()
     }
@@ -358,12 +375,13 @@ impl<'a> Builder<'a> {
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
-            let fault = faults.min();
+            let of_crease = || crease::fault(&self.data, *e).map(|(_, reason)| reason);
+            let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
             let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
             self.edges[e.index()] = edge;
             self.edge_fault[e.index()] = fault;
             if by != 0 {
-                for h in self.data.joint(*e).into_iter().flatten() {
+                for h in self.data.pair(*e).into_iter().flatten() {
                     self.count_fault(self.data.mesh().face(h), by);
                 }
             }
@@ -425,18 +443,8 @@ impl<'a> Builder<'a> {
         rule: &RobustApexes,
     ) -> bool {
         let before = self.score;
-        self.journal.clear();
-        for (corner, gradient) in gradients {
-            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
-            self.data.set_gradient(*corner, *gradient);
-        }
-        for (f, direction) in directions {
-            let face = placed(&self.frame(*f), *direction, self.options);
-            self.set_face(*f, face);
-        }
-        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
-        self.check_edges(&edges);
-        self.raise(edges, rule);
+        self.set(&[], gradients);
+        self.place(directions, rule);
         if self.score < before {
             return true;
         }
@@ -444,7 +452,41 @@ impl<'a> Builder<'a> {
         false
     }
 
-    fn roll_back(&mut self) {
+    /// Makes creases of edges and changes gradients. The faces beside them have to be placed next.
+    pub fn set(&mut self, creases: &[EdgeId], gradients: &[(HalfEdgeId, Vec3)]) {
+        self.journal.clear();
+        for e in creases {
+            if self.data.is_crease(*e) {
+                continue;
+            }
+            self.journal.push(Change::Crease(*e));
+            self.data.set_crease(*e, true);
+        }
+        for (corner, gradient) in gradients {
+            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
+            self.data.set_gradient(*corner, *gradient);
+        }
+    }
+
+    /// Gives faces the directions that they have before anything is repaired, with the gradients as they are now.
+    pub fn place_by_default(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let directions: Vec<(FaceId, Vec3)> =
+            faces.iter().map(|f| (*f, self.default_direction(*f))).collect();
+        self.place(&directions, rule);
+    }
+
+    fn place(&mut self, directions: &[(FaceId, Vec3)], rule: &RobustApexes) {
+        for (f, direction) in directions {
+            let face = placed(&self.frame(*f), *direction, self.options);
+            self.set_face(*f, face);
+        }
+        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
+    /// Undoes what was set and placed last.
+    pub fn roll_back(&mut self) {
         let journal = std::mem::take(&mut self.journal);
         let mut touched = Vec::new();
         for change in journal.into_iter().rev() {
@@ -454,6 +496,7 @@ impl<'a> Builder<'a> {
                     touched.push(f);
                 }
                 Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+                Change::Crease(e) => self.data.set_crease(e, false),
             }
         }
         touched.sort_unstable();
@@ -484,14 +527,14 @@ impl<'a> Builder<'a> {
             .filter_map(|face| self.face_fault[face.index()].map(|reason| Problem::Face { face, reason }));
         problems.extend(of_faces);
         for edge in mesh.edges() {
-            if let (Some(reason), Some(joint)) = (self.edge_fault[edge.index()], self.data.joint(edge)) {
-                let faces = joint.map(|h| mesh.face(h));
+            if let (Some(reason), Some(pair)) = (self.edge_fault[edge.index()], self.data.pair(edge)) {
+                let faces = pair.map(|h| mesh.face(h));
                 problems.push(Problem::Edge { edge, faces, reason });
             }
         }
-        let moved =
-            mesh.vertices().filter(|v| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h)));
-        let moved_normals = moved.collect();
+        let is_corner = |v: &VertexId| self.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
+        let moved = |v: &VertexId| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h));
+        let moved_normals = mesh.vertices().filter(|v| moved(v) && !is_corner(v)).collect();
         Hull {
             faces: self.faces,
             edges: self.edges,
@@ -518,15 +561,9 @@ fn default_direction(frame: &FaceFrame, options: &HullOptions) -> Vec3 {
     }
 }
 
-fn classify(frame: &FaceFrame, k: usize) -> Class {
-    let b = (k + 1) % 3;
-    let at = |a: usize, b: usize| bend(&frame.p[a], &frame.p[b], &frame.n[a]);
-    Class::of_edge(at(k, b), at(b, k))
-}
-
 /// A face with its apexes on the line in `direction`.
 fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace {
-    let class = Class::of_face([0, 1, 2].map(|k| classify(frame, k)));
+    let class = Class::of_face([0, 1, 2].map(|k| frame.edge_class(k)));
     let margin = options.margin.of(frame);
     let heights = Side::BOTH.map(|side| match options.rule {
         ApexRule::Paper => frame.paper_height(side, &direction, margin),

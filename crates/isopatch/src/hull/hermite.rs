@@ -166,9 +166,9 @@ impl HermiteMesh {
         self.sharp[e.index()]
     }
 
-    /// Makes a crease of an edge; a boundary stays what it is.
-    pub(super) fn set_crease(&mut self, e: EdgeId) {
-        self.sharp[e.index()] = self.mesh.twin(self.mesh.edge_half_edge(e)).is_some();
+    /// Makes a crease of an edge, or a smooth edge again; a boundary stays what it is.
+    pub(super) fn set_crease(&mut self, e: EdgeId, sharp: bool) {
+        self.sharp[e.index()] = sharp && self.pair(e).is_some();
     }
 
     /// The two half edges of an edge; none for a boundary.

@@ -20,6 +20,8 @@
 
 mod build;
 mod class;
+mod corner;
+mod crease;
 mod edge;
 mod face;
 mod hermite;
@@ -37,6 +39,7 @@ mod tests;
 
 pub use build::{AddedCrease, ApexRule, Corner, Hull, HullEdge, HullFace, HullOptions, HullParts, Margin, RobustApexes, build};
 pub use class::{Class, Side};
+pub use crease::CreaseCurve;
 pub use edge::{EdgeCell, EdgeFrame};
 pub use face::{FaceFrame, Layer1, alpha, mid_edge};
 pub use hermite::{HermiteError, HermiteMesh};

@@ -14,6 +14,8 @@ pub enum Reason {
     SteepApex,
     /// No height of the apex gives the first layer the right signs.
     NoApex,
+    /// The normals on the two sides of a crease lead it so far from its edge that a face beside it would fold.
+    CreaseTurns,
 }
 
 impl Reason {
@@ -29,6 +31,7 @@ impl Reason {
             Self::FlatEdgeCell => "flat_edge_tet",
             Self::SteepApex => "mu4",
             Self::NoApex => "no_apex",
+            Self::CreaseTurns => "crease_turns",
         }
     }
 }
@@ -41,6 +44,7 @@ impl std::fmt::Display for Reason {
             Self::FlatEdgeCell => "its cell is flat or inverted",
             Self::SteepApex => "one of its apexes is too far from the other face",
             Self::NoApex => "no apex gives it the right signs",
+            Self::CreaseTurns => "its normals turn the crease into a face beside it",
         })
     }
 }

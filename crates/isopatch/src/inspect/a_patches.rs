@@ -5,9 +5,11 @@ use super::{
     Extent, Inspection, Interpolation, Intersections, Seams, intersections::places, or_infinite, topology,
 };
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
-use crate::apatch::{APatchSurface, Over};
+use crate::apatch::{APatchFunction, APatchSurface, Base, Over};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::hull::{Class, Side};
+use crate::mesh::{EdgeId, FaceId};
 use crate::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
 use rayon::prelude::*;
@@ -22,6 +24,11 @@ pub struct APatchInspectOptions {
     pub seam_intervals: usize,
     /// The triangles that are tested for self-intersections; no test if there is none. Default 4 along, 2 across.
     pub intersections: Option<APatchResolution>,
+}
+
+impl APatchInspectOptions {
+    /// As much as can be measured while a surface is made: 10 intervals on patches, 8 along seams, no self-intersections.
+    pub const QUICK: Self = Self { lattice: 10, seam_intervals: 8, intersections: None };
 }
 
 impl Default for APatchInspectOptions {
@@ -39,7 +46,11 @@ pub struct APatchInspection {
     pub common: Inspection,
     /// Patches with a ray that has no root, in order. They are left out of the figures.
     pub undefined: Vec<PatchId>,
-    /// Patches that have a small triangle of the lattice which faces against the surface normals at its corners, in order.
+    /// Patches that have a small triangle of the lattice which faces against the surface normals at its corners, in order: the
+    /// surface bends hard there, and flat triangles show it.
+    pub steep: Vec<PatchId>,
+    /// Patches that fold over: somewhere the normal is at a right angle or more to the ray from the base of the cell to its
+    /// apex. In order.
     pub folded: Vec<PatchId>,
 }
 
@@ -85,6 +96,7 @@ pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions
     APatchInspection {
         common,
         undefined: those(|figures| figures.is_undefined),
+        steep: those(|figures| figures.is_steep),
         folded: those(|figures| figures.is_folded),
     }
 }
@@ -114,14 +126,18 @@ struct PatchFigures {
     position_error: f64,
     normal_error: f64,
     is_undefined: bool,
+    is_steep: bool,
     is_folded: bool,
 }
 
 /// The lattices of both kinds of patches, as parameters and as triangles of them.
 struct Lattice {
+    face_points: Vec<[f64; 3]>,
     faces: FaceTable,
     face_triangles: Vec<[usize; 3]>,
     face_corners: [usize; 3],
+    /// Weights of start, end and left apex.
+    edge_points: Vec<[f64; 3]>,
     edges: EdgeTable,
     edge_triangles: Vec<[usize; 3]>,
 }
@@ -129,7 +145,8 @@ struct Lattice {
 impl Lattice {
     fn new(n: usize) -> Self {
         let share = |i: usize| i as f64 / n as f64;
-        let square: Vec<[f64; 3]> =
+        let face_points = triangle::lattice(n);
+        let edge_points: Vec<[f64; 3]> =
             (0..=n).flat_map(|i| (0..=n).map(move |j| [share(n - i), share(i), share(j)])).collect();
         let at = |i: usize, j: usize| i * (n + 1) + j;
         let cells = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
@@ -138,34 +155,85 @@ impl Lattice {
             [[a, b, c], [a, c, d]]
         });
         Self {
-            faces: FaceTable::new(&triangle::lattice(n)),
+            faces: FaceTable::new(&face_points),
+            face_points,
             face_triangles: small_triangles(n).iter().map(|t| t.map(index::position)).collect(),
             face_corners: [[n, 0, 0], [0, n, 0], [0, 0, n]].map(index::position),
-            edges: EdgeTable::new(&square),
+            edges: EdgeTable::new(&edge_points),
+            edge_points,
             edge_triangles: edge_triangles.collect(),
         }
     }
 
     fn measure(&self, surface: &APatchSurface, patch: PatchId, grid: &mut Grid) -> PatchFigures {
         let function = surface.function();
-        let data = function.hull().data();
+        let origin = &function.hull().data().positions()[0];
         match surface.over(patch) {
             Over::Face(f) => {
-                grid.evaluate(self.faces.len(), |out| self.faces.evaluate(function, f, out));
-                let mut figures = figures(grid, &self.face_triangles, &data.positions()[0]);
-                for (k, corner) in self.face_corners.into_iter().enumerate() {
-                    let miss = or_infinite((grid.points.get(corner) - data.corners(f)[k]).norm());
-                    figures.position_error = figures.position_error.max(miss);
-                    let turn = normal_jump(&grid.normals.get(corner), &data.corner_gradients(f)[k]);
-                    figures.normal_error = figures.normal_error.max(turn);
-                }
+                self.sample_face(function, f, grid);
+                let mut figures = figures(grid, &self.face_triangles, origin);
+                self.compare_corners(function, f, grid, &mut figures);
+                figures.is_folded = !figures.is_undefined && self.folds_over_face(function, f, grid);
                 figures
             }
             Over::Edge(e) => {
                 grid.evaluate(self.edges.len(), |out| self.edges.evaluate(function, e, out));
-                figures(grid, &self.edge_triangles, &data.positions()[0])
+                let mut figures = figures(grid, &self.edge_triangles, origin);
+                figures.is_folded = !figures.is_undefined && self.folds_over_edge(function, e, grid);
+                figures
             }
         }
+    }
+
+    fn sample_face(&self, function: &APatchFunction, f: FaceId, grid: &mut Grid) {
+        let Some(creased) = function.creased_face(f) else {
+            return grid.evaluate(self.faces.len(), |out| self.faces.evaluate(function, f, out));
+        };
+        let nan = Vec3::repeat(f64::NAN);
+        let samples = self.face_points.iter().map(|x| creased.sample(*x));
+        let found = samples.map(|s| s.map_or((nan, nan), |s| (s.point, s.normal)));
+        let (points, normals): (Vec<Vec3>, Vec<Vec3>) = found.unzip();
+        (grid.points, grid.normals) = (points.into_iter().collect(), normals.into_iter().collect());
+    }
+
+    fn compare_corners(&self, function: &APatchFunction, f: FaceId, grid: &Grid, figures: &mut PatchFigures) {
+        let data = function.hull().data();
+        let (positions, gradients) = (data.corners(f), data.corner_gradients(f));
+        for (k, corner) in self.face_corners.into_iter().enumerate() {
+            let miss = or_infinite((grid.points.get(corner) - positions[k]).norm());
+            figures.position_error = figures.position_error.max(miss);
+            let turn = normal_jump(&grid.normals.get(corner), &gradients[k]);
+            figures.normal_error = figures.normal_error.max(turn);
+        }
+    }
+
+    /// Does the normal point against the ray somewhere?
+    fn folds_over_face(&self, function: &APatchFunction, f: FaceId, grid: &Grid) -> bool {
+        let (frame, apexes) = (function.hull().face_frame(f), function.hull().faces()[f.index()].apexes);
+        (0..grid.points.len()).any(|i| {
+            let (p, n) = (grid.points.get(i), grid.normals.get(i));
+            let above = (p - frame.c).dot(&frame.normal) >= 0.0;
+            let side = if above && apexes[0].is_some() || apexes[1].is_none() { Side::Outer } else { Side::Inner };
+            apexes[side.index()].is_some_and(|apex| side.sign() * n.dot(&(apex - p)) <= 0.0)
+        })
+    }
+
+    fn folds_over_edge(&self, function: &APatchFunction, e: EdgeId, grid: &Grid) -> bool {
+        let (hull, mesh) = (function.hull(), function.hull().data().mesh());
+        let h = mesh.edge_half_edge(e);
+        let (base, k) = (&function.faces()[mesh.face(h).index()].base, mesh.side(h));
+        let on_edge = [base.e[k][(k + 1) % 3], base.e[(k + 1) % 3][k]];
+        let ends = [mesh.origin(h), mesh.dest(h)].map(|v| hull.data().positions()[v.index()]);
+        let apexes = Side::BOTH.map(|side| hull.edge_apexes(e, side));
+        let class = hull.edges()[e.index()].class;
+        self.edge_points.iter().enumerate().any(|(i, [x, z, y])| {
+            let goes_in = class == Class::Nonconvex && Base::on_edge(on_edge, *x, *z) > 0.0;
+            let side = if class == Class::Negative || goes_in { Side::Inner } else { Side::Outer };
+            apexes[side.index()].is_some_and(|[u_k, u_l]| {
+                let ray = *y * u_k + (1.0 - y) * u_l - (*x * ends[0] + *z * ends[1]);
+                side.sign() * grid.normals.get(i).dot(&ray) <= 0.0
+            })
+        })
     }
 }
 
@@ -178,6 +246,7 @@ fn figures(grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> PatchFigur
         position_error: 0.0,
         normal_error: 0.0,
         is_undefined: false,
+        is_steep: false,
         is_folded: false,
     };
     for p in (0..grid.points.len()).map(|i| grid.points.get(i)) {
@@ -193,12 +262,12 @@ fn figures(grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> PatchFigur
         let towards: Vec3 = triangle.map(|i| grid.normals.get(i)).iter().sum();
         figures.area += 0.5 * normal.norm();
         figures.volume += a.dot(&normal) / 6.0;
-        figures.is_folded |= normal.dot(&towards) < -FLAT * normal.norm();
+        figures.is_steep |= normal.dot(&towards) < -FLAT * normal.norm();
     }
     figures
 }
 
-/// A triangle whose normal is off the surface normals by little more than a right angle is no fold: next to the ends of a
+/// A triangle whose normal is off the surface normals by little more than a right angle is not counted: next to the ends of a
 /// lens triangles are slivers, whose normals are rounding.
 const FLAT: f64 = 1e-6;
 

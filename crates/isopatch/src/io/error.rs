@@ -86,5 +86,9 @@ pub enum WriteError {
 pub(super) fn check_finite(mesh: &Tessellation) -> Result<(), WriteError> {
     let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
     let bad = mesh.positions.iter().zip(&mesh.normals).position(|(p, n)| !finite(p) || !finite(n));
-    bad.map_or(Ok(()), |index| Err(WriteError::NotFinite { what: "vertex", index }))
+    if let Some(index) = bad {
+        return Err(WriteError::NotFinite { what: "vertex", index });
+    }
+    let bad = mesh.normals.iter().position(|n| !finite(n));
+    bad.map_or(Ok(()), |index| Err(WriteError::NotFinite { what: "normal", index }))
 }

@@ -70,9 +70,11 @@ pub fn write_vtk(
 /// VTK_TRIANGLE.
 const LINEAR_TRIANGLE: u8 = 5;
 
-/// Writes flat triangles with the normals of the surface at their corners, and the number of the patch of each.
+/// Writes flat triangles with the normals of the surface at their corners, and the number of the patch of each. A vertex on a
+/// crease is there once for each of its normals.
 pub fn write_vtk_mesh(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
+    let mesh = &*mesh.with_split_creases();
     let grid = Grid {
         points: &mesh.positions,
         normals: &mesh.normals,

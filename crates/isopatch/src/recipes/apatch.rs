@@ -11,7 +11,7 @@ use crate::geom::{Point3, Vec3};
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    self, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared, TooManyCorners, Triangles,
+    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared, TooManyCorners, Triangles,
     VertexId, creases, gradient_lengths,
     normals::{self, NormalRule}, place_names,
 };
@@ -299,22 +299,34 @@ fn of_triangles(free: &Free, face_source: &[u32]) -> Free {
 fn problems(function: &APatchFunction, vertex_source: &[u32], face_source: &[u32]) -> Vec<Repair> {
     let hull = function.hull();
     let vertex = |v: &VertexId| Place::Vertex(vertex_source[v.index()]);
+    let edge = |e: EdgeId| {
+        let mesh = hull.data().mesh();
+        let h = mesh.edge_half_edge(e);
+        let [a, b] = [mesh.origin(h), mesh.dest(h)].map(|v| vertex_source[v.index()]);
+        Place::Edge(a.min(b), a.max(b))
+    };
     let mut lines = Vec::new();
     if !hull.moved_normals().is_empty() {
         let places: Vec<Place> = hull.moved_normals().iter().map(vertex).collect();
         let why = "they did not see the faces around them, or left no room for an apex".to_owned();
         lines.push(repair(format!("normals moved: {}", places.len()), place_names(&places), why));
     }
+    let added = hull.added_creases();
+    if !added.is_empty() {
+        let places: Vec<Place> = added.iter().map(|crease| edge(crease.edge)).collect();
+        let why = "without them there is no valid surface".to_owned();
+        lines.push(repair(format!("creases added: {}", places.len()), place_names(&places), why));
+    }
+    if !hull.corners().is_empty() {
+        let places: Vec<Place> = hull.corners().iter().map(|corner| vertex(&corner.vertex)).collect();
+        let why = "no single normal sees all faces around them, or leaves room for an apex".to_owned();
+        lines.push(repair(format!("corners made: {}", places.len()), place_names(&places), why));
+    }
     for reason in Reason::ALL {
         let place = |problem: &Problem| match problem {
             Problem::Vertex { vertex: v, .. } => vertex(v),
             Problem::Face { face, .. } => Place::Face(face_source[face.index()]),
-            Problem::Edge { edge, .. } => {
-                let mesh = hull.data().mesh();
-                let h = mesh.edge_half_edge(*edge);
-                let [a, b] = [mesh.origin(h), mesh.dest(h)].map(|v| vertex_source[v.index()]);
-                Place::Edge(a.min(b), a.max(b))
-            }
+            Problem::Edge { edge: e, .. } => edge(*e),
         };
         let places: Vec<Place> =
             hull.problems().iter().filter(|problem| problem.reason() == reason).map(place).collect();

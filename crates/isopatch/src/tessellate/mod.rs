@@ -5,6 +5,7 @@
 
 mod a_patches;
 mod basis_table;
+mod crease_normals;
 mod shared_lattice;
 mod triangles;
 
