@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
 use clap::ValueEnum;
-use isopatch::io::atomic::Outputs;
 use isopatch::apatch::APatchSurface;
+use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::{Format, WriteError, gltf, obj, ply, step, stl, vtk};
 use isopatch::surface::Surface;
@@ -101,8 +101,7 @@ const ALONG_FOR_ONE_ACROSS: usize = 4;
 
 /// The resolution that is asked for, or else the default.
 fn a_patch_resolution(surface: &APatchSurface, asked: Option<usize>) -> APatchResolution {
-    let with =
-        |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
+    let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
     let (faces, edges) = (surface.function().faces().len(), surface.square_edges().len());
     let triangles = |r: &APatchResolution| faces * r.along * r.along + edges * 2 * r.across * (r.along - 1);
     let largest = APatchResolution::default().along;

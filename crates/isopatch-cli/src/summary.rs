@@ -86,7 +86,9 @@ fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
         let APatchReport { creases_curved, creases_added, corners, .. } = apatch;
         lines.add(
             "creases",
-            format!("{creases}, {creases_curved} of them curved; {creases_added} added, with {corners} corners"),
+            format!(
+                "{creases}, {creases_curved} of them curved; {creases_added} added, with {corners} corners"
+            ),
         );
     }
     for (what, count, first) in [

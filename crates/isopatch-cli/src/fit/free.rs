@@ -29,7 +29,10 @@ pub fn read(path: &Path) -> Result<Vec<[f64; 2]>, FreeError> {
 
 fn parse(text: &str) -> Result<Vec<[f64; 2]>, Problem> {
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).map(|(n, line)| pair(n, line)).collect()
+    lines
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(n, line)| pair(n, line))
+        .collect()
 }
 
 fn pair(line: usize, text: &str) -> Result<[f64; 2], Problem> {
@@ -57,7 +60,10 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         let message = |text: &str| parse(text).unwrap_err().to_string();
-        assert_eq!(message("1 2\n3\n"), "line 2 has 1 words instead of two, for the outer and the inner side");
+        assert_eq!(
+            message("1 2\n3\n"),
+            "line 2 has 1 words instead of two, for the outer and the inner side"
+        );
         assert_eq!(message("1 inf"), "line 1: \"inf\" is neither a finite number nor -");
         assert_eq!(message("#\n\n1 x"), "line 3: \"x\" is neither a finite number nor -");
     }

@@ -17,7 +17,9 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
-        return Err(Failure::Unfit("--method apatch takes a mesh; for a formula there is --method spline".into()));
+        return Err(Failure::Unfit(
+            "--method apatch takes a mesh; for a formula there is --method spline".into(),
+        ));
     }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }

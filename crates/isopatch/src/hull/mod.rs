@@ -37,7 +37,10 @@ pub(crate) mod test_meshes;
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
-pub use build::{AddedCrease, ApexRule, Corner, Hull, HullEdge, HullFace, HullOptions, HullParts, Margin, RobustApexes, build};
+pub use build::{
+    AddedCrease, ApexRule, Corner, Hull, HullEdge, HullFace, HullOptions, HullParts, Margin, RobustApexes,
+    build,
+};
 pub use class::{Class, Side};
 pub use crease::CreaseCurve;
 pub use edge::{EdgeCell, EdgeFrame};

@@ -213,7 +213,8 @@ impl Lattice {
         (0..grid.points.len()).any(|i| {
             let (p, n) = (grid.points.get(i), grid.normals.get(i));
             let above = (p - frame.c).dot(&frame.normal) >= 0.0;
-            let side = if above && apexes[0].is_some() || apexes[1].is_none() { Side::Outer } else { Side::Inner };
+            let side =
+                if above && apexes[0].is_some() || apexes[1].is_none() { Side::Outer } else { Side::Inner };
             apexes[side.index()].is_some_and(|apex| side.sign() * n.dot(&(apex - p)) <= 0.0)
         })
     }

@@ -317,7 +317,9 @@ mod tests {
         write_vtk_mesh(&mesh, &mut bytes).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         assert!(text.contains("NumberOfPoints=\"42\" NumberOfCells=\"80\""));
-        assert!(text.contains("<CellData Scalars=\"patch\">") && text.contains("<PointData Normals=\"Normals\">"));
+        assert!(
+            text.contains("<CellData Scalars=\"patch\">") && text.contains("<PointData Normals=\"Normals\">")
+        );
         let start = bytes.windows(6).position(|w| w == b"raw\">\n").unwrap() + 7;
         let end = bytes.len() - b"\n</AppendedData>\n</VTKFile>\n".len();
         assert_eq!(end - start, 6 * 8 + 80 * 4 + 2 * 42 * 24 + 80 * (3 * 8 + 8 + 1));

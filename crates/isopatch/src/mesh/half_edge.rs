@@ -88,9 +88,8 @@ struct DirectedEdge {
 /// The first two half edges of one edge that run in the same direction, the later one as early as possible.
 fn clash_of(edge: &[DirectedEdge]) -> Option<[HalfEdgeId; 2]> {
     let mut seen = [None; 2];
-    edge.iter().find_map(|h| {
-        seen[usize::from(h.ascends)].replace(h.half_edge).map(|earlier| [earlier, h.half_edge])
-    })
+    edge.iter()
+        .find_map(|h| seen[usize::from(h.ascends)].replace(h.half_edge).map(|earlier| [earlier, h.half_edge]))
 }
 
 /// An oriented 2-manifold mesh of polygons, with or without boundary, as half edges in arrays.

@@ -11,9 +11,10 @@ use crate::geom::{Point3, Vec3};
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared, TooManyCorners, Triangles,
-    VertexId, creases, gradient_lengths,
-    normals::{self, NormalRule}, place_names,
+    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared,
+    TooManyCorners, Triangles, VertexId, creases, gradient_lengths,
+    normals::{self, NormalRule},
+    place_names,
 };
 use crate::report::{APatchReport, Seconds};
 
@@ -261,7 +262,8 @@ fn of_file(
     for v in mesh.vertices() {
         let vertex = base.vertex_source[v.index()];
         let normal = filed[vertex as usize];
-        let is_one = mesh.ring(v).all(|h| limit[h.index()] == limit[mesh.ring(v).next().unwrap_or(h).index()]);
+        let is_one =
+            mesh.ring(v).all(|h| limit[h.index()] == limit[mesh.ring(v).next().unwrap_or(h).index()]);
         if !is_one {
             several.push(vertex);
         } else if normal.norm() == 0.0 || !normal.norm().is_finite() {

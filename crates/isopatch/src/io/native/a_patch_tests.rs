@@ -19,7 +19,10 @@ fn written(surface: &APatchSurface) -> Vec<u8> {
 
 fn assert_same(a: &APatchFunction, b: &APatchFunction) {
     assert_eq!((a.faces(), a.edges()), (b.faces(), b.edges()));
-    assert_eq!((a.default_free(), a.sufficient_free(), a.free()), (b.default_free(), b.sufficient_free(), b.free()));
+    assert_eq!(
+        (a.default_free(), a.sufficient_free(), a.free()),
+        (b.default_free(), b.sufficient_free(), b.free())
+    );
     let (a, b) = (a.hull(), b.hull());
     assert_eq!((a.faces(), a.edges()), (b.faces(), b.edges()));
     assert_eq!((a.problems(), a.moved_normals()), (b.problems(), b.moved_normals()));

@@ -59,8 +59,24 @@ pub const NOTES: Tag = Tag(*b"ANOT");
 
 /// Every section that this version knows.
 pub const KNOWN: [Tag; 18] = [
-    META, FACES, VERTICES, EDGES, CURVES, INTERIORS, CLIP, POSITIONS, GRADIENTS, CREASES, FACE_CLASSES,
-    EDGE_CLASSES, RAYS, BASES, FACE_CELLS, EDGE_CELLS, FREE, NOTES,
+    META,
+    FACES,
+    VERTICES,
+    EDGES,
+    CURVES,
+    INTERIORS,
+    CLIP,
+    POSITIONS,
+    GRADIENTS,
+    CREASES,
+    FACE_CLASSES,
+    EDGE_CLASSES,
+    RAYS,
+    BASES,
+    FACE_CELLS,
+    EDGE_CELLS,
+    FREE,
+    NOTES,
 ];
 
 /// Numbers of a face: direction and heights of its rays.

@@ -118,19 +118,15 @@ type Edges = (Vec<HullEdge>, Vec<[Option<EdgeSide>; 2]>);
 
 /// An edge across which the surface is smooth has a cell on each side that the surface over it reaches into, if both faces
 /// have cells there.
-fn read_edges(
-    sections: &Sections<'_>,
-    data: &HermiteMesh,
-    faces: &[HullFace],
-) -> Result<Edges, NativeError> {
+fn read_edges(sections: &Sections<'_>, data: &HermiteMesh, faces: &[HullFace]) -> Result<Edges, NativeError> {
     let mesh = data.mesh();
     let classes = classes(sections, EDGE_CLASSES, mesh.edge_count())?;
     let has_cell = |e: EdgeId, side: Side| {
-        let beside = |joint: [_; 2]| joint.map(|h| faces[mesh.face(h).index()].apexes[side.index()].is_some());
+        let beside =
+            |joint: [_; 2]| joint.map(|h| faces[mesh.face(h).index()].apexes[side.index()].is_some());
         classes[e.index()].reaches(side) && data.joint(e).is_some_and(|joint| beside(joint) == [true; 2])
     };
-    let cell_count =
-        mesh.edges().map(|e| Side::BOTH.iter().filter(|side| has_cell(e, **side)).count()).sum();
+    let cell_count = mesh.edges().map(|e| Side::BOTH.iter().filter(|side| has_cell(e, **side)).count()).sum();
     let cells = sections.numbers(EDGE_CELLS, cell_count, 8 * EDGE_CELL_NUMBERS)?;
     let mut cells = cells.chunks_exact(EDGE_CELL_NUMBERS);
     Ok(mesh

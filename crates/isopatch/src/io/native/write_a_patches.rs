@@ -100,7 +100,8 @@ fn free(function: &APatchFunction) -> Vec<u8> {
 
 /// What is wrong, and what was changed for less to be wrong.
 fn notes(hull: &Hull) -> Vec<u8> {
-    let reason = |reason: Reason| Reason::ALL.iter().position(|r| *r == reason).map_or(NO_REASON, |r| r as u8);
+    let reason =
+        |reason: Reason| Reason::ALL.iter().position(|r| *r == reason).map_or(NO_REASON, |r| r as u8);
     let of_problem = |problem: &Problem| match problem {
         Problem::Vertex { vertex, reason: why } => (0, reason(*why), vertex.0),
         Problem::Face { face, reason: why } => (1, reason(*why), face.0),

@@ -97,7 +97,10 @@ fn normals_of_a_file_follow_the_faces() {
     let found = fitted(&given, &APatchRecipe::default());
     assert_eq!(found.figures.normals.as_deref(), Some("file"));
     let whats: Vec<&str> = found.repairs.iter().map(|r| r.what.as_str()).collect();
-    assert_eq!(whats, ["closed components turned inside out: 1", "normals computed: 1", "normals turned over: 11"]);
+    assert_eq!(
+        whats,
+        ["closed components turned inside out: 1", "normals computed: 1", "normals turned over: 11"]
+    );
     assert!(found.surface.function().hull().data().mesh().is_closed());
     let without = PolygonMesh { normals: None, ..given };
     let recipe = APatchRecipe { normals: Some(NormalSource::File), ..APatchRecipe::default() };
