@@ -219,7 +219,7 @@ fn meshes_that_cannot_be_read_are_pointed_at() {
     fails("a.off", &CUBE.replace("4 1 3 7 5", "4 1 3 7 8"), &["8"]);
     fails("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", &["face 0 names vertex 4"]);
     fails("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n", &["no face with an area"]);
-    fails("a.stl", "solid\nendsolid\n", &["no faces"]);
+    fails("a.stl", "solid\nendsolid\n", &["no face"]);
     folder.assert_untouched();
 }
 

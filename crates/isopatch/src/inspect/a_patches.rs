@@ -27,8 +27,8 @@ pub struct APatchInspectOptions {
 }
 
 impl APatchInspectOptions {
-    /// As much as can be measured while a surface is made: 10 intervals on patches, 8 along seams, no self-intersections.
-    pub const QUICK: Self = Self { lattice: 10, seam_intervals: 8, intersections: None };
+    /// As much as can be measured while a surface is made: 8 intervals on patches, 4 along seams, no self-intersections.
+    pub const QUICK: Self = Self { lattice: 8, seam_intervals: 4, intersections: None };
 }
 
 impl Default for APatchInspectOptions {
@@ -59,47 +59,38 @@ pub struct APatchInspection {
 pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions) -> APatchInspection {
     let data = surface.function().hull().data();
     let lattice = Lattice::new(options.lattice.max(1));
-    let patches: Vec<PatchFigures> = (0..surface.patch_count() as u32)
-        .into_par_iter()
-        .map_init(Grid::default, |grid, p| lattice.measure(surface, PatchId(p), grid))
+    let patches: Vec<PatchId> = surface.patches().collect();
+    // Sums of chunks of fixed size: the same whatever the number of threads.
+    let chunks: Vec<Figures> = patches
+        .par_chunks(CHUNK)
+        .map_init(Grid::default, |grid, chunk| {
+            chunk.iter().fold(Figures::NONE, |sum, patch| sum.and(lattice.measure(surface, *patch, grid)))
+        })
         .collect();
-    let mut bounds = Aabb::EMPTY;
-    let (mut area, mut volume) = (0.0, 0.0);
-    let mut interpolation = Interpolation {
-        max_curvature_error: f64::NAN,
-        max_mixed_curvature_error: f64::NAN,
-        ..Interpolation::default()
-    };
-    for patch in &patches {
-        bounds = bounds.union(&patch.bounds);
-        area += patch.area;
-        volume += patch.volume;
-        interpolation.max_position_error =
-            interpolation.max_position_error.max(patch.position_error / data.diagonal());
-        interpolation.max_normal_error = interpolation.max_normal_error.max(patch.normal_error);
-    }
-    let those = |is: fn(&PatchFigures) -> bool| -> Vec<PatchId> {
-        surface.patches().zip(&patches).filter(|(_, figures)| is(figures)).map(|(p, _)| p).collect()
-    };
+    let all = chunks.into_iter().fold(Figures::NONE, Figures::and);
     let common = Inspection {
         diagonal: data.diagonal(),
         bounds: Aabb::around(data.positions()),
         patches: surface.patch_count(),
         topology: topology(data.mesh()),
-        extent: Extent { bounds, area, volume },
+        extent: Extent { bounds: all.bounds, area: all.area, volume: all.volume },
         seams: seams(surface, data.diagonal(), options.seam_intervals.max(1)),
-        interpolation,
+        interpolation: Interpolation {
+            max_position_error: all.position_error / data.diagonal(),
+            max_normal_error: all.normal_error,
+            max_curvature_error: f64::NAN,
+            max_mixed_curvature_error: f64::NAN,
+            worst_curvature: None,
+        },
         intersections: options.intersections.and_then(|resolution| intersections(surface, resolution)),
         deviation: None,
         coverage: None,
     };
-    APatchInspection {
-        common,
-        undefined: those(|figures| figures.is_undefined),
-        steep: those(|figures| figures.is_steep),
-        folded: those(|figures| figures.is_folded),
-    }
+    APatchInspection { common, undefined: all.undefined, steep: all.steep, folded: all.folded }
 }
+
+/// Patches that one task measures.
+const CHUNK: usize = 64;
 
 /// Points and normals of a patch.
 #[derive(Default)]
@@ -117,17 +108,46 @@ impl Grid {
     }
 }
 
-/// What the samples of one patch show.
-struct PatchFigures {
+/// What the samples of some patches show.
+struct Figures {
     bounds: Aabb,
     area: f64,
     volume: f64,
-    /// Distance between corner and vertex, and angle between the normals there.
+    /// Largest distance between corner and vertex, and largest angle between the normals there.
     position_error: f64,
     normal_error: f64,
-    is_undefined: bool,
-    is_steep: bool,
-    is_folded: bool,
+    undefined: Vec<PatchId>,
+    steep: Vec<PatchId>,
+    folded: Vec<PatchId>,
+}
+
+impl Figures {
+    /// Of no patch.
+    const NONE: Self = Self {
+        bounds: Aabb::EMPTY,
+        area: 0.0,
+        volume: 0.0,
+        position_error: 0.0,
+        normal_error: 0.0,
+        undefined: Vec::new(),
+        steep: Vec::new(),
+        folded: Vec::new(),
+    };
+
+    /// Of the patches of both.
+    fn and(mut self, other: Self) -> Self {
+        self.undefined.extend(other.undefined);
+        self.steep.extend(other.steep);
+        self.folded.extend(other.folded);
+        Self {
+            bounds: self.bounds.union(&other.bounds),
+            area: self.area + other.area,
+            volume: self.volume + other.volume,
+            position_error: self.position_error.max(other.position_error),
+            normal_error: self.normal_error.max(other.normal_error),
+            ..self
+        }
+    }
 }
 
 /// The lattices of both kinds of patches, as parameters and as triangles of them.
@@ -165,21 +185,25 @@ impl Lattice {
         }
     }
 
-    fn measure(&self, surface: &APatchSurface, patch: PatchId, grid: &mut Grid) -> PatchFigures {
+    fn measure(&self, surface: &APatchSurface, patch: PatchId, grid: &mut Grid) -> Figures {
         let function = surface.function();
         let origin = &function.hull().data().positions()[0];
         match surface.over(patch) {
             Over::Face(f) => {
                 self.sample_face(function, f, grid);
-                let mut figures = figures(grid, &self.face_triangles, origin);
+                let mut figures = figures(patch, grid, &self.face_triangles, origin);
                 self.compare_corners(function, f, grid, &mut figures);
-                figures.is_folded = !figures.is_undefined && self.folds_over_face(function, f, grid);
+                if figures.undefined.is_empty() && self.folds_over_face(function, f, grid) {
+                    figures.folded.push(patch);
+                }
                 figures
             }
             Over::Edge(e) => {
                 grid.evaluate(self.edges.len(), |out| self.edges.evaluate(function, e, out));
-                let mut figures = figures(grid, &self.edge_triangles, origin);
-                figures.is_folded = !figures.is_undefined && self.folds_over_edge(function, e, grid);
+                let mut figures = figures(patch, grid, &self.edge_triangles, origin);
+                if figures.undefined.is_empty() && self.folds_over_edge(function, e, grid) {
+                    figures.folded.push(patch);
+                }
                 figures
             }
         }
@@ -196,7 +220,7 @@ impl Lattice {
         (grid.points, grid.normals) = (points.into_iter().collect(), normals.into_iter().collect());
     }
 
-    fn compare_corners(&self, function: &APatchFunction, f: FaceId, grid: &Grid, figures: &mut PatchFigures) {
+    fn compare_corners(&self, function: &APatchFunction, f: FaceId, grid: &Grid, figures: &mut Figures) {
         let data = function.hull().data();
         let (positions, gradients) = (data.corners(f), data.corner_gradients(f));
         for (k, corner) in self.face_corners.into_iter().enumerate() {
@@ -239,31 +263,26 @@ impl Lattice {
 }
 
 /// Figures of the triangles over a grid, volume as that of the cone from `origin`.
-fn figures(grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> PatchFigures {
-    let mut figures = PatchFigures {
-        bounds: Aabb::EMPTY,
-        area: 0.0,
-        volume: 0.0,
-        position_error: 0.0,
-        normal_error: 0.0,
-        is_undefined: false,
-        is_steep: false,
-        is_folded: false,
-    };
+fn figures(patch: PatchId, grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> Figures {
+    let mut figures = Figures::NONE;
     for p in (0..grid.points.len()).map(|i| grid.points.get(i)) {
         if !p.iter().all(|c| c.is_finite()) {
-            figures.is_undefined = true;
+            figures.undefined.push(patch);
             return figures;
         }
         figures.bounds = figures.bounds.including(&p);
     }
+    let mut is_steep = false;
     for triangle in triangles {
         let [a, b, c] = triangle.map(|i| grid.points.get(i) - origin);
         let normal = (b - a).cross(&(c - a));
         let towards: Vec3 = triangle.map(|i| grid.normals.get(i)).iter().sum();
         figures.area += 0.5 * normal.norm();
         figures.volume += a.dot(&normal) / 6.0;
-        figures.is_steep |= normal.dot(&towards) < -FLAT * normal.norm();
+        is_steep |= normal.dot(&towards) < -FLAT * normal.norm();
+    }
+    if is_steep {
+        figures.steep.push(patch);
     }
     figures
 }

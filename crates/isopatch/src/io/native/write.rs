@@ -20,28 +20,42 @@ pub fn write_native(
 ) -> Result<(), WriteError> {
     check(spline)?;
     let mut sections = vec![
-        (META, meta(provenance)?),
-        (FACES, faces(&spline.base.mesh)),
-        (VERTICES, vertices(spline)),
-        (EDGES, spline.base.features.iter().map(|f| feature_code(*f)).collect()),
-        (CURVES, points(spline.curves.iter().flatten())),
-        (INTERIORS, interiors(spline)),
+        Section::new(META, || meta(provenance)),
+        Section::new(FACES, || Ok(faces(&spline.base.mesh))),
+        Section::new(VERTICES, || Ok(vertices(spline))),
+        Section::new(EDGES, || Ok(spline.base.features.iter().map(|f| feature_code(*f)).collect())),
+        Section::new(CURVES, || Ok(points(spline.curves.iter().flatten()))),
+        Section::new(INTERIORS, || Ok(interiors(spline))),
     ];
-    sections.extend(spline.base.clip.as_ref().map(|clip| (CLIP, clip_bytes(clip))));
+    sections.extend(spline.base.clip.as_ref().map(|clip| Section::new(CLIP, || Ok(clip_bytes(clip)))));
     write_sections(&sections, out)
 }
 
+/// A section and what makes its bytes. They are made twice, once for the table and once for the file, so that never more than
+/// one section is in memory.
+pub(super) struct Section<'a> {
+    tag: Tag,
+    bytes: Box<dyn Fn() -> Result<Vec<u8>, WriteError> + 'a>,
+}
+
+impl<'a> Section<'a> {
+    pub fn new(tag: Tag, bytes: impl Fn() -> Result<Vec<u8>, WriteError> + 'a) -> Self {
+        Self { tag, bytes: Box::new(bytes) }
+    }
+}
+
 /// Writes the frame: header, section table, sections.
-pub(super) fn write_sections(sections: &[(Tag, Vec<u8>)], out: &mut impl Write) -> Result<(), WriteError> {
+pub(super) fn write_sections(sections: &[Section<'_>], out: &mut impl Write) -> Result<(), WriteError> {
     let mut header = Vec::new();
     header.extend_from_slice(&MAGIC);
     header.extend_from_slice(&MAJOR.to_le_bytes());
     header.extend_from_slice(&MINOR.to_le_bytes());
     header.extend_from_slice(&(sections.len() as u32).to_le_bytes());
     let mut offset = (FIXED_HEADER + sections.len() * ENTRY + CHECKSUM) as u64;
-    for (tag, bytes) in sections {
-        header.extend_from_slice(&tag.0);
-        header.extend_from_slice(&crc32fast::hash(bytes).to_le_bytes());
+    for section in sections {
+        let bytes = (section.bytes)()?;
+        header.extend_from_slice(&section.tag.0);
+        header.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
         header.extend_from_slice(&offset.to_le_bytes());
         header.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
         offset += bytes.len() as u64;
@@ -49,7 +63,9 @@ pub(super) fn write_sections(sections: &[(Tag, Vec<u8>)], out: &mut impl Write) 
     let checksum = crc32fast::hash(&header);
     header.extend_from_slice(&checksum.to_le_bytes());
     out.write_all(&header)?;
-    sections.iter().try_for_each(|(_, bytes)| out.write_all(bytes))?;
+    for section in sections {
+        out.write_all(&(section.bytes)()?)?;
+    }
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 use super::Provenance;
 use super::layout::*;
-use super::write::{faces, meta, points, write_sections};
+use super::write::{Section, faces, meta, points, write_sections};
 use crate::apatch::{APatchFunction, APatchSurface, EdgeSide, FaceSide};
 use crate::geom::Point3;
 use crate::hull::{Class, EdgeCell, Hull, Problem, Reason};
@@ -20,26 +20,32 @@ pub fn write_native_a_patches(
     let hull = function.hull();
     let data = hull.data();
     let mesh = data.mesh();
+    let functions = function.faces();
+    let gradients = || mesh.half_edges().flat_map(|h| <[f64; 3]>::from(data.gradient(h)));
+    let bases = || functions.iter().flat_map(|face| face.base.data());
     let sections = [
-        (META, meta(provenance)?),
-        (FACES, faces(mesh)),
-        (POSITIONS, points(data.positions().iter())),
-        (GRADIENTS, numbers(mesh.half_edges().flat_map(|h| <[f64; 3]>::from(data.gradient(h))))),
-        (CREASES, mesh.edges().map(|e| data.is_crease(e).into()).collect()),
-        (FACE_CLASSES, hull.faces().iter().map(|face| class_code(face.class)).collect()),
-        (EDGE_CLASSES, hull.edges().iter().map(|edge| class_code(edge.class)).collect()),
-        (RAYS, rays(hull)),
-        (BASES, finite(BASES, numbers(function.faces().iter().flat_map(|face| face.base.data())))?),
-        (FACE_CELLS, finite(FACE_CELLS, face_cells(function))?),
-        (EDGE_CELLS, finite(EDGE_CELLS, edge_cells(function))?),
-        (FREE, free(function)),
-        (NOTES, notes(hull)),
+        Section::new(META, || meta(provenance)),
+        Section::new(FACES, || Ok(faces(mesh))),
+        Section::new(POSITIONS, || Ok(points(data.positions().iter()))),
+        Section::new(GRADIENTS, || Ok(numbers(3 * mesh.half_edge_count(), gradients()))),
+        Section::new(CREASES, || Ok(mesh.edges().map(|e| data.is_crease(e).into()).collect())),
+        Section::new(FACE_CLASSES, || Ok(hull.faces().iter().map(|face| class_code(face.class)).collect())),
+        Section::new(EDGE_CLASSES, || Ok(hull.edges().iter().map(|edge| class_code(edge.class)).collect())),
+        Section::new(RAYS, || Ok(rays(hull))),
+        Section::new(BASES, || finite(BASES, numbers(BASE_NUMBERS * functions.len(), bases()))),
+        Section::new(FACE_CELLS, || finite(FACE_CELLS, face_cells(function))),
+        Section::new(EDGE_CELLS, || finite(EDGE_CELLS, edge_cells(function))),
+        Section::new(FREE, || Ok(free(function))),
+        Section::new(NOTES, || Ok(notes(hull))),
     ];
     write_sections(&sections, out)
 }
 
-fn numbers(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
-    numbers.flat_map(f64::to_le_bytes).collect()
+/// The bytes of `count` numbers.
+fn numbers(count: usize, numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(count * size_of::<f64>());
+    numbers.for_each(|number| bytes.extend_from_slice(&number.to_le_bytes()));
+    bytes
 }
 
 /// The bytes, if they are those of finite numbers.
@@ -65,7 +71,7 @@ fn rays(hull: &Hull) -> Vec<u8> {
         let [x, y, z] = face.direction.into();
         [x, y, z, face.heights[0], face.heights[1]]
     };
-    numbers(hull.faces().iter().flat_map(of))
+    numbers(RAY_NUMBERS * hull.faces().len(), hull.faces().iter().flat_map(of))
 }
 
 fn face_cells(function: &APatchFunction) -> Vec<u8> {
@@ -73,29 +79,32 @@ fn face_cells(function: &APatchFunction) -> Vec<u8> {
         let parts = [<[f64; 3]>::from(*apex), side.layer1.corner, side.layer1.edge, side.q];
         std::array::from_fn(|n| parts[n / 3][n % 3])
     };
-    let cells = function.hull().faces().iter().zip(function.faces()).flat_map(|(face, coefficients)| {
-        face.apexes.iter().flatten().zip(coefficients.sides.iter().flatten())
-    });
-    numbers(cells.flat_map(of))
+    let cells = || {
+        let faces = function.hull().faces().iter().zip(function.faces());
+        faces.flat_map(|(face, made)| face.apexes.iter().flatten().zip(made.sides.iter().flatten()))
+    };
+    numbers(FACE_CELL_NUMBERS * cells().count(), cells().flat_map(of))
 }
 
 fn edge_cells(function: &APatchFunction) -> Vec<u8> {
-    let of = |(cell, side): (&EdgeCell, &EdgeSide)| {
-        let wedge = cell.mu.into_iter().chain(cell.nu).chain([cell.angle]);
-        wedge.chain(side.b).chain(side.a).chain(side.far).collect::<Vec<f64>>()
+    let of = |(cell, side): (&EdgeCell, &EdgeSide)| -> [f64; EDGE_CELL_NUMBERS] {
+        let ([m_0, m_1, m_2, m_3], [n_0, n_1, n_2, n_3]) = (cell.mu, cell.nu);
+        let ([b_0, b_1], [a_0, a_1], [f_0, f_1]) = (side.b, side.a, side.far);
+        [m_0, m_1, m_2, m_3, n_0, n_1, n_2, n_3, cell.angle, b_0, b_1, a_0, a_1, f_0, f_1]
     };
-    let cells = function
-        .hull()
-        .edges()
-        .iter()
-        .zip(function.edges())
-        .flat_map(|(edge, sides)| edge.cells.iter().flatten().zip(sides.iter().flatten()));
-    numbers(cells.flat_map(of))
+    let cells = || {
+        let edges = function.hull().edges().iter().zip(function.edges());
+        edges.flat_map(|(edge, sides)| edge.cells.iter().flatten().zip(sides.iter().flatten()))
+    };
+    numbers(EDGE_CELL_NUMBERS * cells().count(), cells().flat_map(of))
 }
 
 fn free(function: &APatchFunction) -> Vec<u8> {
     let faces = function.default_free().iter().zip(function.sufficient_free()).zip(function.free());
-    numbers(faces.flat_map(|((default, bound), free)| [*default, *bound, *free].into_iter().flatten()))
+    let of = |((default, bound), free): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
+        [*default, *bound, *free].into_iter().flatten()
+    };
+    numbers(FREE_NUMBERS * function.free().len(), faces.flat_map(of))
 }
 
 /// What is wrong, and what was changed for less to be wrong.
