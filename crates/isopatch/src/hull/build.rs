@@ -8,6 +8,7 @@ use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::problem::{Problem, Reason};
 use super::repair;
+use super::shear;
 use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
@@ -366,12 +367,13 @@ impl<'a> Builder<'a> {
         for _ in 0..rule.raises {
             let mut wanted: Vec<(FaceId, Side)> = Vec::new();
             for e in &edges {
+                let folds = shear::crossing_folds(&self.data, &self.faces, *e, self.edges[e.index()].class);
                 for side in Side::BOTH {
                     let low = |cell: &EdgeCell| {
                         cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
                             || cell.angle > rule.widest
                     };
-                    if self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
+                    if folds || self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
                         let faces = self.data.joint(*e).into_iter().flatten();
                         wanted.extend(faces.map(|h| (self.data.mesh().face(h), side)));
                     }
@@ -546,6 +548,15 @@ fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace
     });
     let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
     face.apexes = apexes(frame, &face);
+    if let ApexRule::Robust(rule) = options.rule {
+        for _ in 0..rule.raises {
+            if !shear::corners_fold(frame, &face) {
+                break;
+            }
+            face.heights = face.heights.map(|height| rule.raise * height);
+            face.apexes = apexes(frame, &face);
+        }
+    }
     face
 }
 

@@ -27,6 +27,7 @@ mod face;
 mod hermite;
 mod problem;
 mod repair;
+mod shear;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.
