@@ -26,6 +26,7 @@ mod edge;
 mod face;
 mod hermite;
 mod problem;
+mod relief;
 mod repair;
 mod shear;
 mod visibility;
