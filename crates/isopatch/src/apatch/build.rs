@@ -1,4 +1,5 @@
 use super::base::Base;
+use super::check::{self, Patches};
 use super::edge::{EdgeFunction, EdgeSide, Flank};
 use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
@@ -34,7 +35,31 @@ pub struct APatchFunction {
 const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 
 /// Computes the function (all ten steps of the paper's §4), in linear time.
+///
+/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
+    let mut function = assemble(hull, options);
+    let mut among = Patches::all(&function);
+    for round in 0..ROUNDS {
+        let folded = check::folded(&function, &among, round > 0);
+        if folded.is_empty() {
+            break;
+        }
+        let (hull, changed) = function.hull.relieved(&folded.faces, &folded.edges);
+        function = assemble(hull, options);
+        if changed.is_empty() {
+            break;
+        }
+        among = Patches::around(&function, &changed);
+    }
+    function.with_free(&options.free)
+}
+
+/// Rounds of looking for patches that turn over. Hulls ran out of things to change after at most 12.
+const ROUNDS: usize = 40;
+
+/// The function on a hull as it is, with default free parameters.
+fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let mesh = hull.data().mesh();
     let made: Vec<(FaceFunction, [Option<CellQuadric>; 2])> = (0..mesh.face_count())
         .into_par_iter()
@@ -53,7 +78,7 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let free = Vec::new();
     let mut function = APatchFunction { hull, faces, edges, defaults, sufficient: Vec::new(), free };
     function.sufficient = function.sufficient_bounds();
-    function.with_free(&options.free)
+    function.with_free(&Free::Default)
 }
 
 fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Option<CellQuadric>; 2]) {

@@ -23,6 +23,7 @@
 
 mod base;
 mod build;
+mod check;
 mod crease;
 mod edge;
 mod face;

@@ -7,7 +7,9 @@ use super::edge::{EdgeCell, EdgeFrame};
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::problem::{Problem, Reason};
+use super::relief::Reliefs;
 use super::repair;
+use super::shear;
 use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
@@ -125,6 +127,8 @@ pub struct Hull {
     moved_normals: Vec<VertexId>,
     corners: Vec<Corner>,
     added_creases: Vec<AddedCrease>,
+    options: HullOptions,
+    pub(super) reliefs: Reliefs,
 }
 
 /// A vertex that was given several normals, because no single one would do.
@@ -236,6 +240,34 @@ impl Hull {
     }
 }
 
+/// Takes a finished hull to pieces, lets `change` alter it, and finishes it again.
+pub(super) fn altered<T>(
+    hull: Hull,
+    change: impl FnOnce(&mut Builder<'_>, &RobustApexes) -> T,
+) -> (Hull, Option<T>) {
+    let ApexRule::Robust(rule) = hull.options.rule else { return (hull, None) };
+    let options = hull.options;
+    let given = gradients(&hull.data);
+    let moved = hull.moved_normals;
+    let mut builder = Builder::with_faces(hull.data, hull.faces, given, &options);
+    builder.corners = hull.corners;
+    builder.added_creases = hull.added_creases;
+    builder.reliefs = hull.reliefs;
+    let result = change(&mut builder, &rule);
+    let mut hull = builder.finish();
+    hull.moved_normals.extend(moved);
+    hull.moved_normals.sort_unstable();
+    hull.moved_normals.dedup();
+    let is_corner = |v: &VertexId| hull.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
+    let moved = hull.moved_normals.iter().copied().filter(|v| !is_corner(v)).collect();
+    hull.moved_normals = moved;
+    (hull, Some(result))
+}
+
+fn gradients(data: &HermiteMesh) -> Vec<Vec3> {
+    data.mesh().half_edges().map(|h| data.gradient(h)).collect()
+}
+
 fn frame(data: &HermiteMesh, f: FaceId) -> FaceFrame {
     FaceFrame::new(data.corners(f), data.corner_gradients(f))
 }
@@ -276,6 +308,7 @@ pub(super) struct Builder<'a> {
     journal: Vec<Change>,
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
+    pub reliefs: Reliefs,
 }
 
 /// What was there before a change.
@@ -287,19 +320,28 @@ enum Change {
 
 impl<'a> Builder<'a> {
     fn new(mut data: HermiteMesh, options: &'a HullOptions) -> Self {
-        let given = data.mesh().half_edges().map(|h| data.gradient(h)).collect();
+        let given = gradients(&data);
         if let ApexRule::Robust(rule) = options.rule {
             repair::turn_hidden_normals(&mut data, rule.visibility);
         }
-        let mesh = data.mesh();
-        let edge_count = mesh.edge_count();
-        let faces: Vec<HullFace> = (0..mesh.face_count())
+        let faces: Vec<HullFace> = (0..data.mesh().face_count())
             .into_par_iter()
             .map(|f| {
                 let frame = frame(&data, f.into());
                 placed(&frame, default_direction(&frame, options), options)
             })
             .collect();
+        Self::with_faces(data, faces, given, options)
+    }
+
+    /// With faces that are placed already; everything is checked.
+    fn with_faces(
+        data: HermiteMesh,
+        faces: Vec<HullFace>,
+        given: Vec<Vec3>,
+        options: &'a HullOptions,
+    ) -> Self {
+        let edge_count = data.mesh().edge_count();
         let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
         let mut builder = Self {
             faults: vec![0; faces.len()],
@@ -314,6 +356,7 @@ impl<'a> Builder<'a> {
             journal: Vec::new(),
             corners: Vec::new(),
             added_creases: Vec::new(),
+            reliefs: Reliefs::default(),
         };
         for f in 0..builder.faces.len() {
             builder.check_face(f.into());
@@ -388,17 +431,34 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Multiplies the heights of the apexes of a face.
+    pub fn raise_face(&mut self, f: FaceId, factor: f64) {
+        let mut face = self.faces[f.index()];
+        face.heights = face.heights.map(|height| factor * height);
+        self.set_face(f, face);
+    }
+
+    /// Checks the edges of faces that were changed, and raises apexes there.
+    pub fn settle(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let edges = self.edges_around(faces.iter().copied());
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
     /// Raises the apexes beside edges whose cells are too wide or reach too low, as often as the rule allows.
     fn raise(&mut self, mut edges: Vec<EdgeId>, rule: &RobustApexes) {
-        for _ in 0..rule.raises {
+        for round in 0..rule.raises {
             let mut wanted: Vec<(FaceId, Side)> = Vec::new();
             for e in &edges {
+                let class = self.edges[e.index()].class;
+                let folds =
+                    round < RAISES_FOR_FOLDS && shear::crossing_folds(&self.data, &self.faces, *e, class);
                 for side in Side::BOTH {
                     let low = |cell: &EdgeCell| {
                         cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
                             || cell.angle > rule.widest
                     };
-                    if self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
+                    if folds || self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
                         let faces = self.data.joint(*e).into_iter().flatten();
                         wanted.extend(faces.map(|h| (self.data.mesh().face(h), side)));
                     }
@@ -542,10 +602,15 @@ impl<'a> Builder<'a> {
             moved_normals,
             corners: self.corners,
             added_creases: self.added_creases,
+            options: *self.options,
+            reliefs: self.reliefs,
             data: self.data,
         }
     }
 }
+
+/// How often apexes are raised so that a patch does not turn over; where that takes more, it makes the shape worse.
+const RAISES_FOR_FOLDS: usize = 5;
 
 /// Fewer edges are not worth sharing out between threads.
 const FEW: usize = 512;
@@ -573,6 +638,17 @@ fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace
     });
     let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
     face.apexes = apexes(frame, &face);
+    if let ApexRule::Robust(rule) = options.rule {
+        let low = face;
+        for _ in 0..=RAISES_FOR_FOLDS {
+            if !shear::corners_fold(frame, &face) {
+                return face;
+            }
+            face.heights = face.heights.map(|height| rule.raise * height);
+            face.apexes = apexes(frame, &face);
+        }
+        return low;
+    }
     face
 }
 

@@ -31,11 +31,11 @@ const CUTS: [Cut; 5] = [Cut::Edges, Cut::Visible(0.5), Cut::Visible(0.8), Cut::V
 const SEEN_BY_MEAN: f64 = 0.3;
 
 /// The steps taken at the vertices that were cut.
-type Steps = BTreeMap<VertexId, usize>;
+pub(super) type Steps = BTreeMap<VertexId, usize>;
 
 /// Cuts vertices and makes creases until no problem remains.
 pub(super) fn make_corners(builder: &mut Builder<'_>, rule: &RobustApexes) {
-    let mut steps = Steps::new();
+    let mut steps = std::mem::take(&mut builder.reliefs.steps);
     let mut changed = true;
     while changed && builder.score.0 > 0 {
         changed = false;
@@ -53,6 +53,29 @@ pub(super) fn make_corners(builder: &mut Builder<'_>, rule: &RobustApexes) {
             }
         }
     }
+    builder.reliefs.steps = steps;
+}
+
+/// Cuts the first of these vertices that can be cut finer, as coarsely as changes anything.
+pub(super) fn cut_further(
+    builder: &mut Builder<'_>,
+    vertices: &[VertexId],
+    reason: Reason,
+    rule: &RobustApexes,
+) -> bool {
+    let mut steps = std::mem::take(&mut builder.reliefs.steps);
+    let next = |v: &VertexId| steps.get(v).map_or(0, |step| step + 1)..CUTS.len();
+    let all: Vec<(VertexId, usize)> = vertices.iter().flat_map(|v| next(v).map(|step| (*v, step))).collect();
+    let mut cut = false;
+    for (v, step) in all {
+        if let Some(creases) = cut_vertex(builder, v, CUTS[step], rule) {
+            keep(builder, v, step, reason, creases, &mut steps);
+            cut = true;
+            break;
+        }
+    }
+    builder.reliefs.steps = steps;
+    cut
 }
 
 /// Cuts one of the vertices of a face.

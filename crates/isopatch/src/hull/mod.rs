@@ -26,7 +26,9 @@ mod edge;
 mod face;
 mod hermite;
 mod problem;
+mod relief;
 mod repair;
+mod shear;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.

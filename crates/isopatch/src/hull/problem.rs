@@ -16,6 +16,8 @@ pub enum Reason {
     NoApex,
     /// The normals on the two sides of a crease lead it so far from its edge that a face beside it would fold.
     CreaseTurns,
+    /// The patch turns over: small triangles of it face the wrong way.
+    Folds,
 }
 
 impl Reason {
@@ -32,6 +34,7 @@ impl Reason {
             Self::SteepApex => "mu4",
             Self::NoApex => "no_apex",
             Self::CreaseTurns => "crease_turns",
+            Self::Folds => "folds",
         }
     }
 }
@@ -44,6 +47,7 @@ impl std::fmt::Display for Reason {
             Self::FlatEdgeCell => "its cell is flat or inverted",
             Self::SteepApex => "one of its apexes is too far from the other face",
             Self::NoApex => "no apex gives it the right signs",
+            Self::Folds => "its patch turns over",
             Self::CreaseTurns => "its normals turn the crease into a face beside it",
         })
     }
