@@ -169,10 +169,12 @@ pub struct HullParts {
 }
 
 impl From<HullParts> for Hull {
-    /// The hull of parts that belong together: one face and one edge for each of the mesh.
+    /// The hull of parts that belong together: one face and one edge for each of the mesh. Should it be changed, the default
+    /// options hold.
     fn from(parts: HullParts) -> Self {
         let HullParts { data, faces, edges, problems, moved_normals, corners, added_creases } = parts;
-        Self { data, faces, edges, problems, moved_normals, corners, added_creases }
+        let (options, reliefs) = (HullOptions::default(), Reliefs::default());
+        Self { data, faces, edges, problems, moved_normals, corners, added_creases, options, reliefs }
     }
 }
 

@@ -22,8 +22,15 @@ pub enum Reason {
 
 impl Reason {
     /// All, in their order.
-    pub const ALL: [Self; 5] =
-        [Self::NoVisibleNormal, Self::ApexOverlap, Self::FlatEdgeCell, Self::SteepApex, Self::NoApex];
+    pub const ALL: [Self; 7] = [
+        Self::NoVisibleNormal,
+        Self::ApexOverlap,
+        Self::FlatEdgeCell,
+        Self::SteepApex,
+        Self::NoApex,
+        Self::CreaseTurns,
+        Self::Folds,
+    ];
 
     /// One word for reports.
     pub fn name(self) -> &'static str {

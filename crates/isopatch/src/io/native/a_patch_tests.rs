@@ -64,6 +64,12 @@ fn the_round_trip_is_exact() {
 }
 
 #[test]
+fn reasons_have_the_numbers_of_the_format() {
+    let codes = hull::Reason::ALL.map(write_a_patches::reason_code);
+    assert_eq!(codes, [0, 1, 2, 3, 4, 5, 6]);
+}
+
+#[test]
 fn truncations_and_flipped_bits_are_errors() {
     let small = quadrics().into_iter().find(|(name, ..)| *name == "sphere").unwrap().2;
     let bytes = written(&surface(small, Free::Default));

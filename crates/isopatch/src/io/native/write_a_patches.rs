@@ -107,18 +107,31 @@ fn free(function: &APatchFunction) -> Vec<u8> {
     numbers(FREE_NUMBERS * function.free().len(), faces.flat_map(of))
 }
 
+/// The place in [`Reason::ALL`].
+pub(super) fn reason_code(reason: Reason) -> u8 {
+    match reason {
+        Reason::NoVisibleNormal => 0,
+        Reason::ApexOverlap => 1,
+        Reason::FlatEdgeCell => 2,
+        Reason::SteepApex => 3,
+        Reason::NoApex => 4,
+        Reason::CreaseTurns => 5,
+        Reason::Folds => 6,
+    }
+}
+
 /// What is wrong, and what was changed for less to be wrong.
 fn notes(hull: &Hull) -> Vec<u8> {
     let reason =
         |reason: Reason| Reason::ALL.iter().position(|r| *r == reason).map_or(NO_REASON, |r| r as u8);
     let of_problem = |problem: &Problem| match problem {
-        Problem::Vertex { vertex, reason: why } => (0, reason(*why), vertex.0),
-        Problem::Face { face, reason: why } => (1, reason(*why), face.0),
-        Problem::Edge { edge, reason: why, .. } => (2, reason(*why), edge.0),
+        Problem::Vertex { vertex, reason: why } => (0, reason_code(*why), vertex.0),
+        Problem::Face { face, reason: why } => (1, reason_code(*why), face.0),
+        Problem::Edge { edge, reason: why, .. } => (2, reason_code(*why), edge.0),
     };
     let moved = hull.moved_normals().iter().map(|vertex| (3, NO_REASON, vertex.0));
-    let corners = hull.corners().iter().map(|corner| (4, reason(corner.reason), corner.vertex.0));
-    let creases = hull.added_creases().iter().map(|crease| (5, reason(crease.reason), crease.edge.0));
+    let corners = hull.corners().iter().map(|corner| (4, reason_code(corner.reason), corner.vertex.0));
+    let creases = hull.added_creases().iter().map(|crease| (5, reason_code(crease.reason), crease.edge.0));
     let notes = hull.problems().iter().map(of_problem).chain(moved).chain(corners).chain(creases);
     let bytes = |(what, why, element): (u8, u8, u32)| {
         let [a, b, c, d] = element.to_le_bytes();
