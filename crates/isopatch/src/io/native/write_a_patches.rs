@@ -122,8 +122,6 @@ pub(super) fn reason_code(reason: Reason) -> u8 {
 
 /// What is wrong, and what was changed for less to be wrong.
 fn notes(hull: &Hull) -> Vec<u8> {
-    let reason =
-        |reason: Reason| Reason::ALL.iter().position(|r| *r == reason).map_or(NO_REASON, |r| r as u8);
     let of_problem = |problem: &Problem| match problem {
         Problem::Vertex { vertex, reason: why } => (0, reason_code(*why), vertex.0),
         Problem::Face { face, reason: why } => (1, reason_code(*why), face.0),
