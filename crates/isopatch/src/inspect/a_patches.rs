@@ -50,7 +50,7 @@ pub struct APatchInspection {
     /// surface bends hard there, and flat triangles show it.
     pub steep: Vec<PatchId>,
     /// Patches that fold over: somewhere the normal is at a right angle or more to the ray from the base of the cell to its
-    /// apex. In order.
+    /// apex. In order. Of faces beside creases only `steep` tells.
     pub folded: Vec<PatchId>,
 }
 
@@ -231,8 +231,11 @@ impl Lattice {
         }
     }
 
-    /// Does the normal point against the ray somewhere?
+    /// Does the normal point against the ray somewhere? A face beside a crease is pulled off its rays, so they say nothing there.
     fn folds_over_face(&self, function: &APatchFunction, f: FaceId, grid: &Grid) -> bool {
+        if function.creased_face(f).is_some() {
+            return false;
+        }
         let (frame, apexes) = (function.hull().face_frame(f), function.hull().faces()[f.index()].apexes);
         (0..grid.points.len()).any(|i| {
             let (p, n) = (grid.points.get(i), grid.normals.get(i));
