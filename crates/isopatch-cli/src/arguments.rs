@@ -116,7 +116,7 @@ pub struct FitOptions {
     pub free: Option<FreeValues>,
 
     /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
-    /// cells [default: 8, or less where a mesh of more than 50,000 faces would become more than 10 million triangles]
+    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
@@ -257,7 +257,7 @@ pub struct Convert {
     pub output: Vec<OutputFile>,
 
     /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
-    /// cells [default: 8, or less for A-patches over more than 50,000 faces]
+    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 

@@ -172,7 +172,7 @@ fn write_patches(
 ) -> Result<(), WriteError> {
     let surface: &dyn Surface = match &model.surface {
         NativeSurface::Spline(spline) => spline,
-        NativeSurface::APatches(surface) => surface,
+        NativeSurface::APatches(surface) => surface.as_ref(),
     };
     match file.format {
         Format::Step => {

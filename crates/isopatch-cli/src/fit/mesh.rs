@@ -42,7 +42,7 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let input = path.display().to_string();
     let provenance = making::of_mesh(&input, options, &fitted)?;
     let FittedMesh { surface, figures, repairs, .. } = fitted;
-    let model = NativeModel { surface: NativeSurface::APatches(surface), provenance };
+    let model = NativeModel { surface: NativeSurface::APatches(Box::new(surface)), provenance };
     let resolution = outputs::intervals(&model, &options.output, &style(options));
     let Some(inspection) = inspection else { return write_unmeasured(&model, options, progress) };
     let mut report = Report {

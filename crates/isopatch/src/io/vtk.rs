@@ -129,6 +129,8 @@ struct Grid<'a> {
 /// Bytes of a length in front of an appended array.
 const LENGTH: usize = 8;
 
+type WriteArray<'a, W> = Box<dyn Fn(&mut W) -> io::Result<()> + 'a>;
+
 /// A data array: how it is described in the header, its bytes, and what writes them.
 struct Array<'a, W> {
     element: Element,
@@ -136,7 +138,7 @@ struct Array<'a, W> {
     name: &'static str,
     components: usize,
     bytes: usize,
-    write: Box<dyn Fn(&mut W) -> io::Result<()> + 'a>,
+    write: WriteArray<'a, W>,
 }
 
 /// Where an array belongs.

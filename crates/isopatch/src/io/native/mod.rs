@@ -30,7 +30,7 @@ pub enum NativeSurface {
     /// Bézier triangles of degree 7.
     Spline(TriangularSpline),
     /// Rational A-patches.
-    APatches(APatchSurface),
+    APatches(Box<APatchSurface>),
 }
 
 impl NativeModel {
@@ -46,7 +46,7 @@ impl NativeModel {
     pub fn a_patches(&self) -> Option<&APatchSurface> {
         match &self.surface {
             NativeSurface::Spline(_) => None,
-            NativeSurface::APatches(surface) => Some(surface),
+            NativeSurface::APatches(surface) => Some(surface.as_ref()),
         }
     }
 

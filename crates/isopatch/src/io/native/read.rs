@@ -107,7 +107,7 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     let provenance = provenance(sections.get(META)?)?;
     let mesh = mesh(sections.get(FACES)?)?;
     if sections.find(POSITIONS).is_some() {
-        let surface = NativeSurface::APatches(a_patches(&sections, mesh)?);
+        let surface = NativeSurface::APatches(Box::new(a_patches(&sections, mesh)?));
         return Ok(NativeModel { surface, provenance });
     }
     let (vertices, edges, faces) = (mesh.vertex_count(), mesh.edge_count(), mesh.face_count());
