@@ -6,9 +6,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use isopatch::base::BaseMethod;
 use isopatch::geom::Aabb;
 use isopatch::io::Unit;
+use isopatch::recipes::apatch::{GradientLengths, NormalSource};
 use std::path::PathBuf;
 
-/// Turn a formula into a smooth solid made of few Bézier patches, for CAD.
+/// Turn a formula into a smooth solid made of few Bézier patches, for CAD, or a mesh into a smooth surface through it.
 #[derive(Debug, Parser)]
 #[command(name = "isopatch", version, arg_required_else_help = true)]
 pub struct Arguments {
@@ -24,11 +25,12 @@ pub enum Command {
     Gallery(Gallery),
 }
 
-/// Make a smooth surface from a formula and write it
+/// Make a smooth surface from a formula or a mesh and write it
 #[derive(Debug, Args)]
 #[command(after_help = FIT_EXAMPLES)]
 pub struct Fit {
-    /// A formula, such as "x^2+y^2+z^2-1" or "x^4+y^4+z^4 = 1+4xyz", or the name of a surface of `isopatch gallery`
+    /// A formula, such as "x^2+y^2+z^2-1" or "x^4+y^4+z^4 = 1+4xyz", the name of a surface of `isopatch gallery`, or a
+    /// mesh file (.obj .off .ply .stl)
     #[arg(allow_hyphen_values = true, value_parser = values::input)]
     pub input: String,
 
@@ -45,6 +47,8 @@ Examples:
   isopatch fit decocube -o decocube.step -o decocube.glb --report decocube.json
   isopatch fit \"x^4+y^4+z^4 = 1\" --tol 1e-4 -o cube.step
   isopatch fit torus --base models/torus-20x10.off -o torus.step
+  isopatch fit bunny.obj --method apatch -o bunny.glb
+  isopatch fit part.stl --crease-angle 40 -o part.glb -o part.isopatch
 
 Exit status: 0 done; 1 the input can't be handled; 2 the command line is wrong; 3 made, but --tol was not reached
 (no file is written); 130 interrupted.";
@@ -56,7 +60,7 @@ pub struct FitOptions {
     #[arg(short, long, value_name = "OUT", value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
-    /// How the surface is made; auto: formula → spline
+    /// How the surface is made; auto: formula → spline, mesh → apatch
     #[arg(long, value_name = "METHOD")]
     pub method: Option<Method>,
 
@@ -94,15 +98,33 @@ pub struct FitOptions {
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
 
-    /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]
+    /// Where the normals of a mesh come from [default: the file if it has any, else loop]
+    #[arg(long, value_name = "SOURCE", help_heading = MESHES)]
+    pub normals: Option<Normals>,
+
+    /// How long the gradients at the vertices of a mesh are [default: given]
+    #[arg(long, value_name = "LENGTHS", help_heading = MESHES)]
+    pub gradient_lengths: Option<Lengths>,
+
+    /// Edges of a mesh whose faces are at more than this angle, in degrees, are sharp [default: none]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::angle, help_heading = MESHES)]
+    pub crease_angle: Option<f64>,
+
+    /// Shape of A-patches: a number, larger for flatter patches, or a file with a line for each face of the mesh: the
+    /// numbers of its outer and its inner side, - for the default [default: from the neighbours]
+    #[arg(long, value_name = "VALUE|FILE", allow_hyphen_values = true, value_parser = values::free, help_heading = MESHES)]
+    pub free: Option<FreeValues>,
+
+    /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
+    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
-    /// What the cells of a .vtu are [default: bezier]
+    /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
 
-    /// What one unit of the formula is: mm, cm, m or in [default: mm]
+    /// What one unit of the formula or mesh is: mm, cm, m or in [default: mm]
     #[arg(long)]
     pub unit: Option<Unit>,
 
@@ -144,6 +166,63 @@ pub enum Method {
     Auto,
     /// G1 spline of degree-7 Bézier triangles
     Spline,
+    /// Rational A-patches through the vertices of a mesh
+    Apatch,
+}
+
+/// Options that only a mesh takes.
+const MESHES: &str = "Options for meshes";
+
+/// Where normals come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Normals {
+    /// The file, one a vertex; their lengths count, see --gradient-lengths
+    File,
+    /// The limit of Loop subdivision
+    Loop,
+    /// The faces around a vertex, weighted by their angles
+    Angle,
+    /// The faces around a vertex, weighted by their areas
+    Area,
+}
+
+impl From<Normals> for NormalSource {
+    fn from(normals: Normals) -> Self {
+        match normals {
+            Normals::File => Self::File,
+            Normals::Loop => Self::Loop,
+            Normals::Angle => Self::Angle,
+            Normals::Area => Self::Area,
+        }
+    }
+}
+
+/// How long gradients are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Lengths {
+    /// As long as the normals of the file; 1 for computed normals
+    Given,
+    /// 1
+    Unit,
+    /// Such that edges can be chords of a quadric: better where the curvature changes, exact for ellipsoids
+    Recovered,
+}
+
+impl From<Lengths> for GradientLengths {
+    fn from(lengths: Lengths) -> Self {
+        match lengths {
+            Lengths::Given => Self::Given,
+            Lengths::Unit => Self::Unit,
+            Lengths::Recovered => Self::Recovered,
+        }
+    }
+}
+
+/// Free parameters, or where they are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FreeValues {
+    All(f64),
+    File(PathBuf),
 }
 
 /// Measure a native file (.isopatch) on fresh samples
@@ -153,7 +232,7 @@ pub struct Inspect {
     #[arg(value_name = "FILE.isopatch")]
     pub file: PathBuf,
 
-    /// Formula or gallery name to measure against [default: the formula in the file]
+    /// Formula or gallery name to measure against [default: the formula in the file]; not for A-patches
     #[arg(long, value_name = "FORMULA", allow_hyphen_values = true)]
     pub against: Option<String>,
 
@@ -177,11 +256,12 @@ pub struct Convert {
     #[arg(value_name = "OUT", required = true, value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
-    /// Intervals along the edge of a patch, in .glb .obj .ply .stl [default: 8]
+    /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
+    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
-    /// What the cells of a .vtu are [default: bezier]
+    /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
 }

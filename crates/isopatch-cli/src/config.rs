@@ -119,6 +119,10 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         set: [filed.set, typed.set].concat(),
         base,
         base_method: typed.base_method.or(filed.base_method),
+        normals: typed.normals.or(filed.normals),
+        gradient_lengths: typed.gradient_lengths.or(filed.gradient_lengths),
+        crease_angle: typed.crease_angle.or(filed.crease_angle),
+        free: typed.free.or(filed.free),
         resolution: typed.resolution.or(filed.resolution),
         cells: typed.cells.or(filed.cells),
         unit: typed.unit.or(filed.unit),
@@ -131,7 +135,7 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arguments::MeshMethod;
+    use crate::arguments::{FreeValues, Lengths, MeshMethod, Normals};
 
     #[test]
     fn every_option_can_be_filed() {
@@ -142,6 +146,10 @@ mod tests {
             level = -0.5
             faces = 600
             base-method = "qem"
+            normals = "angle"
+            gradient-lengths = "recovered"
+            crease-angle = 30
+            free = 2.5
             resolution = 4
             cells = "lagrange"
             unit = "cm"
@@ -156,6 +164,9 @@ mod tests {
         assert_eq!(options.bounds.map(|b| b.max.x), Some(1.5));
         assert_eq!((options.level, options.faces, options.threads), (Some(-0.5), Some(600), Some(2)));
         assert_eq!(options.base_method, Some(MeshMethod::Qem));
+        assert_eq!((options.normals, options.crease_angle), (Some(Normals::Angle), Some(30.0)));
+        assert_eq!(options.gradient_lengths, Some(Lengths::Recovered));
+        assert_eq!(options.free, Some(FreeValues::All(2.5)));
         assert_eq!(options.set, ["a=0.25"]);
         assert!(options.quiet);
     }

@@ -1,10 +1,12 @@
 //! Everything that can go wrong, and the exit status that it ends with.
 
 use crate::config::ConfigError;
+use crate::fit::FreeError;
 use crate::input::InputError;
 use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
+use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
@@ -31,8 +33,21 @@ pub enum Failure {
     OutputTwice(PathBuf),
     #[error(transparent)]
     Input(#[from] InputError),
+    #[error("{0}")]
+    Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error("{}: {source}", path.display())]
+    InputMesh { path: PathBuf, source: ReadError },
+    #[error("{}: {source}", path.display())]
+    APatch { path: PathBuf, source: APatchError },
+    #[error(transparent)]
+    Free(#[from] FreeError),
+    #[error(
+        "{}: the spline method takes a formula, and a mesh only as its --base; --method apatch goes through a mesh, but not into a STEP file",
+        .0.display()
+    )]
+    MeshSpline(PathBuf),
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
     #[error("--base {}: {source}", path.display())]
@@ -62,9 +77,16 @@ impl Failure {
         match self {
             // Help and version are no errors.
             Self::Usage(error) => u8::try_from(error.exit_code()).unwrap_or(EXIT_USAGE),
-            Self::Config(_) | Self::OutputTwice(_) | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
+            Self::Config(_)
+            | Self::OutputTwice(_)
+            | Self::Unfit(_)
+            | Self::Free(_)
+            | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::InputMesh { .. }
+            | Self::APatch { .. }
+            | Self::MeshSpline(_)
             | Self::Native { .. }
             | Self::Mesh { .. }
             | Self::NoFormula(_)

@@ -3,7 +3,26 @@
 use isopatch::field::{ConstantError, Constants, Formula, FormulaError};
 use isopatch::gallery::{self, Entry};
 use isopatch::geom::Aabb;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// What a surface is made from.
+pub enum Source {
+    /// A formula or a gallery surface.
+    Formula(Box<Input>),
+    /// A mesh file.
+    Mesh(PathBuf),
+}
+
+impl Source {
+    /// The mesh file, gallery surface or formula of that text.
+    pub fn new(text: &str, assignments: &[String]) -> Result<Self, InputError> {
+        let path = Path::new(text);
+        match is_mesh(path) && gallery::surface(text).is_none() {
+            true => Ok(Self::Mesh(path.to_owned())),
+            false => Ok(Self::Formula(Box::new(Input::new(text, assignments)?))),
+        }
+    }
+}
 
 /// A formula with what is known about it.
 pub struct Input {
@@ -34,9 +53,9 @@ pub enum InputError {
         "{0} is a finished surface: \"isopatch inspect\" measures it, \"isopatch convert\" writes it in other formats"
     )]
     NativeFile(String),
-    #[error("{0} is a mesh: fit takes a formula, or a gallery name, and a mesh only as its --base")]
+    #[error("{0} is a mesh: --against takes a formula, or a gallery name")]
     MeshFile(String),
-    #[error("{0} is a file: fit takes a formula, or a gallery name")]
+    #[error("{0} is a file: fit takes a formula, a gallery name, or a mesh (.obj .off .ply .stl)")]
     OtherFile(String),
 }
 
@@ -74,15 +93,23 @@ fn constants(assignments: &[String]) -> Result<Constants, ConstantError> {
     Ok(constants)
 }
 
+/// The ending of a file name, in lower case.
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
+/// Does the ending of the name tell that of a mesh?
+fn is_mesh(path: &Path) -> bool {
+    MESH_ENDINGS.contains(&ending(path).as_str())
+}
+
 /// What a text that is no formula may be instead.
 fn explain(text: &str, error: FormulaError) -> InputError {
     let path = Path::new(text);
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    let ending = ending.to_str().unwrap_or_default();
     let name = text.trim().to_owned();
-    if ending == "isopatch" {
+    if ending(path) == "isopatch" {
         InputError::NativeFile(name)
-    } else if MESH_ENDINGS.contains(&ending) {
+    } else if is_mesh(path) {
         InputError::MeshFile(name)
     } else if path.is_file() {
         InputError::OtherFile(name)
@@ -147,7 +174,9 @@ mod tests {
     #[test]
     fn files_are_told_where_they_belong() {
         assert!(message("a/part.isopatch").contains("isopatch convert"));
-        assert!(message("hand.OFF").contains("--base"));
+        assert!(message("hand.OFF").contains("is a mesh"));
+        assert!(matches!(Source::new("a b/hand.OFF", &[]), Ok(Source::Mesh(_))));
+        assert!(matches!(Source::new("x^2+y^2+z^2-1", &[]), Ok(Source::Formula(_))));
         assert!(message(file!().rsplit_once('/').map_or("", |_| "Cargo.toml")).contains("is a file"));
     }
 }

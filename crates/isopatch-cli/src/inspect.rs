@@ -2,15 +2,18 @@
 
 use crate::arguments::Inspect;
 use crate::failure::{Failure, print};
+use crate::fit::describe;
 use crate::input::Input;
 use crate::making;
 use crate::summary::summary;
+use isopatch::apatch::APatchSurface;
 use isopatch::base::BaseMesh;
 use isopatch::field::{Field, Formula};
 use isopatch::geom::{Point3, Vec3};
-use isopatch::inspect::{InspectOptions, inspect};
-use isopatch::io::native::{NativeModel, read_native};
-use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
+use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect, inspect_a_patches};
+use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
+use isopatch::report::{self, APatchReport, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
+use isopatch::spline::TriangularSpline;
 use isopatch::surface::Continuity;
 use std::fs::File;
 use std::path::Path;
@@ -18,40 +21,71 @@ use std::path::Path;
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
     let model = seconds.measure("read", || read(&arguments.file))?;
+    let report = match &model.surface {
+        NativeSurface::Spline(spline) => of_spline(arguments, spline, &model.provenance, seconds)?,
+        NativeSurface::APatches(surface) => of_a_patches(arguments, surface, &model, seconds)?,
+    };
+    let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
+    print(&text);
+    Ok(())
+}
+
+fn of_spline(
+    arguments: &Inspect,
+    spline: &TriangularSpline,
+    provenance: &Provenance,
+    mut seconds: Seconds,
+) -> Result<Report, Failure> {
     let (formula, region) = match &arguments.against {
         Some(text) => {
             let input = Input::new(text, &arguments.set)?;
-            (Some(outward(input.formula, &model.spline.base)), input.bounds)
+            (Some(outward(input.formula, &spline.base)), input.bounds)
         }
-        None => (making::formula(&model.provenance), None),
+        None => (making::formula(provenance), None),
     };
     let formula = formula.ok_or_else(|| Failure::NoFormula(arguments.file.clone()))?;
-    let spline = &model.spline;
     // Where the surface was cut off, nothing is missing.
     let region = spline.base.clip.as_ref().map(|clip| clip.bounds).or(region);
     let options = InspectOptions { region, ..Default::default() };
     let inspection =
         seconds.measure("inspection", || inspect(spline, &spline.base, Some(&formula), &options));
-    let report = Report {
+    Ok(Report {
         schema: SCHEMA,
         input: arguments.file.display().to_string(),
         method: None,
         version: env!("CARGO_PKG_VERSION").to_owned(),
         threads: rayon::current_num_threads(),
-        unit: model.provenance.unit.symbol().to_owned(),
+        unit: provenance.unit.symbol().to_owned(),
         negated: false,
         diagonal: inspection.diagonal,
         bounds: report::corners(&spline.base.bounds()),
         base: BaseReport::new(&inspection),
         surface: SurfaceReport::new(&inspection, "bezier-triangle-7", Continuity::G1),
         spline: None,
+        apatch: None,
         repairs: Vec::new(),
         seconds,
         peak_memory_bytes: report::peak_memory_bytes(),
-    };
-    let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
-    print(&text);
-    Ok(())
+    })
+}
+
+fn of_a_patches(
+    arguments: &Inspect,
+    surface: &APatchSurface,
+    model: &NativeModel,
+    mut seconds: Seconds,
+) -> Result<Report, Failure> {
+    if arguments.against.is_some() {
+        return Err(Failure::Unfit("--against measures splines, not A-patches".into()));
+    }
+    let inspection =
+        seconds.measure("inspection", || inspect_a_patches(surface, &APatchInspectOptions::default()));
+    let figures = APatchReport::new(surface.function()).inspected(&inspection);
+    Ok(Report {
+        apatch: Some(making::figures(&model.provenance, figures)),
+        seconds,
+        ..describe(&arguments.file.display().to_string(), model, &inspection)
+    })
 }
 
 /// Reads a native file.

@@ -5,8 +5,9 @@ use crate::failure::Failure;
 use crate::input::Input;
 use isopatch::field::{Constants, Formula};
 use isopatch::io::native::Provenance;
+use isopatch::recipes::apatch::FittedMesh;
 use isopatch::recipes::spline::Fitted;
-use isopatch::report;
+use isopatch::report::{self, APatchReport};
 use serde::{Deserialize, Serialize};
 
 /// The options of a native file.
@@ -20,10 +21,15 @@ struct Making {
     negated: bool,
     /// Where the surface was looked for, smallest and largest coordinates.
     r#box: Option<[[f64; 3]; 2]>,
+    /// Where normals came from, and how long gradients are.
+    normals: Option<String>,
+    gradient_lengths: Option<String>,
+    /// In degrees.
+    crease_angle: Option<f64>,
 }
 
-/// What a native file says about a surface that was just made.
-pub fn provenance(
+/// What a native file says about a surface that was just made from a formula.
+pub fn of_formula(
     input: &Input,
     options: &FitOptions,
     fitted: &Fitted,
@@ -35,6 +41,7 @@ pub fn provenance(
         level: options.level,
         negated: fitted.negated,
         r#box: Some(report::corners(&fitted.bounds)),
+        ..Making::default()
     };
     Ok(Provenance {
         options: serde_json::to_string(&making)?,
@@ -43,6 +50,30 @@ pub fn provenance(
         diagonal,
         ..Default::default()
     })
+}
+
+/// What a native file says about a surface that was just made from the mesh of a file.
+pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "apatch".to_owned(),
+        normals: fitted.figures.normals.clone(),
+        gradient_lengths: fitted.figures.gradient_lengths.clone(),
+        crease_angle: options.crease_angle,
+        ..Making::default()
+    };
+    Ok(Provenance {
+        options: serde_json::to_string(&making)?,
+        source: input.to_owned(),
+        unit: options.unit.unwrap_or_default(),
+        diagonal: fitted.surface.function().hull().data().diagonal(),
+        ..Default::default()
+    })
+}
+
+/// The figures of A-patches, with what the file says about their making.
+pub fn figures(provenance: &Provenance, figures: APatchReport) -> APatchReport {
+    let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();
+    APatchReport { normals: making.normals, gradient_lengths: making.gradient_lengths, ..figures }
 }
 
 /// The formula that a native file was made from, negative inside; none if the file names none.

@@ -3,10 +3,14 @@
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
 use clap::ValueEnum;
+use isopatch::apatch::APatchSurface;
 use isopatch::io::atomic::Outputs;
-use isopatch::io::native::{NativeModel, write_native};
+use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::{Format, WriteError, gltf, obj, ply, step, stl, vtk};
-use isopatch::tessellate::{TessellateOptions, Tessellation, tessellate};
+use isopatch::surface::Surface;
+use isopatch::tessellate::{
+    APatchResolution, TessellateError, TessellateOptions, Tessellation, tessellate, tessellate_a_patches,
+};
 use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -25,15 +29,8 @@ pub enum VtkCells {
     Bezier,
     /// The patches exactly, by points on them; faster to draw
     Lagrange,
-}
-
-impl From<VtkCells> for vtk::Cells {
-    fn from(cells: VtkCells) -> Self {
-        match cells {
-            VtkCells::Bezier => Self::Bezier,
-            VtkCells::Lagrange => Self::Lagrange,
-        }
-    }
+    /// Flat triangles with normals
+    Linear,
 }
 
 /// How files are written.
@@ -78,6 +75,60 @@ fn resolved(path: &Path) -> PathBuf {
     }
 }
 
+/// Can A-patches be written to these files, with these cells?
+pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<(), Failure> {
+    if let Some(file) = files.iter().find(|file| file.format == Format::Step) {
+        return Err(Failure::Unfit(format!("{}: a STEP file can't hold A-patches", file.path.display())));
+    }
+    match cells {
+        Some(VtkCells::Bezier | VtkCells::Lagrange) => {
+            Err(Failure::Unfit("--cells: A-patches are no polynomials; their .vtu has linear cells".into()))
+        }
+        Some(VtkCells::Linear) | None => Ok(()),
+    }
+}
+
+/// Does a file hold flat triangles?
+fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
+    let linear = style.cells == Some(VtkCells::Linear) || model.a_patches().is_some();
+    file.format.is_tessellated() || file.format == Format::Vtk && linear
+}
+
+/// Most triangles of A-patches unless a resolution is asked for: as many take some hundred megabytes in a file.
+const MOST_TRIANGLES: usize = 10_000_000;
+/// Intervals along an edge of the mesh for one across the patch over it, which is narrow.
+const ALONG_FOR_ONE_ACROSS: usize = 4;
+
+/// The resolution that is asked for, or else the default.
+fn a_patch_resolution(surface: &APatchSurface, asked: Option<usize>) -> APatchResolution {
+    let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
+    let (faces, edges) = (surface.function().faces().len(), surface.square_edges().len());
+    let triangles = |r: &APatchResolution| faces * r.along * r.along + edges * 2 * r.across * (r.along - 1);
+    let largest = APatchResolution::default().along;
+    let fitting = || (1..=largest).rev().map(with).find(|r| triangles(r) <= MOST_TRIANGLES);
+    asked.map(with).or_else(fitting).unwrap_or(with(1))
+}
+
+/// Intervals along and across with which A-patches are written to files of flat triangles; none if there are none.
+pub fn intervals(model: &NativeModel, files: &[OutputFile], style: &Style) -> Option<[usize; 2]> {
+    let surface = model.a_patches()?;
+    let resolution = a_patch_resolution(surface, style.resolution);
+    files.iter().any(|file| is_flat(model, file, style)).then_some([resolution.along, resolution.across])
+}
+
+fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, TessellateError> {
+    match &model.surface {
+        NativeSurface::Spline(spline) => {
+            let default = TessellateOptions::default();
+            let resolution = style.resolution.unwrap_or(default.resolution);
+            tessellate(spline, &TessellateOptions { resolution })
+        }
+        NativeSurface::APatches(surface) => {
+            tessellate_a_patches(surface, a_patch_resolution(surface, style.resolution))
+        }
+    }
+}
+
 /// Writes all files under temporary names.
 pub fn write(
     model: &NativeModel,
@@ -85,19 +136,31 @@ pub fn write(
     style: &Style,
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
-    let default = TessellateOptions::default();
-    let options = TessellateOptions { resolution: style.resolution.unwrap_or(default.resolution) };
-    let tessellated = files.iter().any(|file| file.format.is_tessellated());
-    let mesh = if tessellated { Some(tessellate(&model.spline, &options)?) } else { None };
+    let any_flat = files.iter().any(|file| is_flat(model, file, style));
+    let mesh = if any_flat { Some(flattened(model, style)?) } else { None };
     for file in files {
         outputs.write(&file.path, |out| {
             let mut out = Interruptible(out);
             match &mesh {
-                Some(mesh) if file.format.is_tessellated() => write_mesh(model, mesh, file.format, &mut out),
+                Some(mesh) if is_flat(model, file, style) => write_mesh(model, mesh, file.format, &mut out),
                 _ => write_patches(model, file, style, &mut out),
             }
         })?;
     }
+    Ok(())
+}
+
+/// Writes all files and puts them under their names.
+pub fn write_all(model: &NativeModel, files: &[OutputFile], style: &Style) -> Result<(), Failure> {
+    let writing = Writing::begin();
+    let mut outputs = Outputs::new();
+    let result = write(model, files, style, &mut outputs);
+    if writing.interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    result?;
+    let paths: Vec<&Path> = files.iter().map(|file| file.path.as_path()).collect();
+    commit(outputs, &writing, &paths)?;
     Ok(())
 }
 
@@ -107,17 +170,24 @@ fn write_patches(
     style: &Style,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
+    let surface: &dyn Surface = match &model.surface {
+        NativeSurface::Spline(spline) => spline,
+        NativeSurface::APatches(surface) => surface.as_ref(),
+    };
     match file.format {
         Format::Step => {
             let name = file.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
             let unit = model.provenance.unit;
-            step::write_step(&model.spline, &step::StepOptions { unit, name, ..Default::default() }, out)
+            step::write_step(surface, &step::StepOptions { unit, name, ..Default::default() }, out)
         }
         Format::Vtk => {
-            let cells = style.cells.map_or_else(Default::default, vtk::Cells::from);
-            vtk::write_vtk(&model.spline, &vtk::VtkOptions { cells }, out)
+            let cells = match style.cells {
+                Some(VtkCells::Lagrange) => vtk::Cells::Lagrange,
+                _ => vtk::Cells::Bezier,
+            };
+            vtk::write_vtk(surface, &vtk::VtkOptions { cells }, out)
         }
-        _ => write_native(&model.spline, &model.provenance, out),
+        _ => model.write(out),
     }
 }
 
@@ -129,6 +199,7 @@ fn write_mesh(
 ) -> Result<(), WriteError> {
     match format {
         Format::Glb => gltf::write_glb(mesh, &gltf::GlbOptions { unit: model.provenance.unit }, out),
+        Format::Vtk => vtk::write_vtk_mesh(mesh, out),
         Format::Ply => ply::write_ply(mesh, out),
         Format::Stl => stl::write_stl(mesh, out),
         _ => obj::write_obj(mesh, out),

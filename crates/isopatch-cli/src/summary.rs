@@ -1,7 +1,7 @@
 //! A report as a few lines for people.
 
 use crate::outputs::Written;
-use isopatch::report::{IntersectionReport, Report};
+use isopatch::report::{APatchReport, IntersectionReport, Report};
 use std::fmt::Write;
 
 /// Most characters of the input that are shown.
@@ -43,10 +43,13 @@ fn title(input: &str) -> String {
 fn shape(report: &Report, lines: &mut Lines) {
     let base = &report.base;
     let surface = &report.surface;
-    lines.add(
-        "patches",
-        format!("{} of degree 7, {} vertices, {} seams", surface.patches, base.vertices, base.edges),
-    );
+    match &report.apatch {
+        Some(apatch) => a_patches(report, apatch, lines),
+        None => lines.add(
+            "patches",
+            format!("{} of degree 7, {} vertices, {} seams", surface.patches, base.vertices, base.edges),
+        ),
+    }
     let open = match base.boundary_loops {
         0 => "closed".to_owned(),
         1 => "open, 1 boundary loop".to_owned(),
@@ -63,6 +66,42 @@ fn shape(report: &Report, lines: &mut Lines) {
         "size",
         format!("diagonal {} {unit}, area {} {unit}²{volume}", digits(report.diagonal), digits(surface.area)),
     );
+}
+
+/// What A-patches are over, and where they are not what they should be.
+fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
+    let base = &report.base;
+    let over_edges = report.surface.patches - base.faces;
+    lines.add(
+        "patches",
+        format!("{} over faces, {over_edges} over edges, {} vertices", base.faces, base.vertices),
+    );
+    let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "not known".to_owned());
+    lines.add(
+        "gradients",
+        format!("normals {}, lengths {}", word(&apatch.normals), word(&apatch.gradient_lengths)),
+    );
+    let creases = apatch.creases_straight + apatch.creases_curved;
+    if creases > 0 {
+        let APatchReport { creases_curved, creases_added, corners, .. } = apatch;
+        lines.add(
+            "creases",
+            format!(
+                "{creases}, {creases_curved} of them curved; {creases_added} added, with {corners} corners"
+            ),
+        );
+    }
+    for (what, count, first) in [
+        ("not defined everywhere", apatch.undefined, &apatch.undefined_at),
+        ("that fold", apatch.folded, &apatch.folded_at),
+        ("that bend hard, which flat triangles show", apatch.steep, &apatch.steep_at),
+    ] {
+        if let Some(count) = count.filter(|count| *count > 0) {
+            let names: Vec<String> = first.iter().map(u32::to_string).collect();
+            let more = if count > first.len() { ", …" } else { "" };
+            lines.add("look at", format!("{count} patches {what}: {}{more}", names.join(", ")));
+        }
+    }
 }
 
 fn accuracy(report: &Report, lines: &mut Lines) {

@@ -1,5 +1,6 @@
 //! Values of options, checked as they are read: each function takes the text and returns the value or what is wrong.
 
+use crate::arguments::FreeValues;
 use crate::outputs::OutputFile;
 use isopatch::field::Constants;
 use isopatch::geom::{Aabb, Point3};
@@ -72,6 +73,20 @@ pub fn resolution(text: &str) -> Result<usize, String> {
     at_most(count(text)?, MAX_RESOLUTION, "resolution")
 }
 
+/// An angle in degrees, from 0 to 180.
+pub fn angle(text: &str) -> Result<f64, String> {
+    let degrees = finite(text)?;
+    if (0.0..=180.0).contains(&degrees) { Ok(degrees) } else { Err("an angle is from 0 to 180".into()) }
+}
+
+/// A number, or else the name of a file.
+pub fn free(text: &str) -> Result<FreeValues, String> {
+    match text.trim().parse::<f64>() {
+        Ok(_) => finite(text).map(FreeValues::All),
+        Err(_) => Ok(FreeValues::File(text.into())),
+    }
+}
+
 /// "xmin,xmax,ymin,ymax,zmin,zmax".
 pub fn bounds(text: &str) -> Result<Aabb, String> {
     let numbers = text
@@ -130,6 +145,11 @@ mod tests {
         for text in ["0", "-600", "6.5", "1e3", "99999999999999999999", "4294967296"] {
             assert!(count(text).is_err(), "{text}");
         }
+        assert_eq!(angle("30"), Ok(30.0));
+        assert!(angle("181").is_err() && angle("-1").is_err());
+        assert_eq!(free("-2.5"), Ok(FreeValues::All(-2.5)));
+        assert_eq!(free("b.txt"), Ok(FreeValues::File("b.txt".into())));
+        assert!(free("nan").is_err());
         assert_eq!(resolution("512"), Ok(512));
         assert!(resolution("513").is_err());
     }

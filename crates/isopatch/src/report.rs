@@ -3,11 +3,14 @@
 //! Numbers that do not exist are `null`: a distance that was not measured, or that is infinite because no point of
 //! the zero set was found.
 
+use crate::apatch::APatchFunction;
 pub use crate::base::Repair;
 use crate::geom::Aabb;
-use crate::inspect::{Inspection, Intersection};
-use crate::surface::Continuity;
+use crate::hull::{Class, Side};
+use crate::inspect::{APatchInspection, Inspection, Intersection};
+use crate::surface::{Continuity, PatchId};
 use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Version of the schema that this module writes.
@@ -40,6 +43,8 @@ pub struct Report {
     pub surface: SurfaceReport,
     /// What the spline method did; none for other methods.
     pub spline: Option<SplineReport>,
+    /// What the A-patch method did; none for other methods.
+    pub apatch: Option<APatchReport>,
     /// What was changed to make the input fit the method.
     pub repairs: Vec<Repair>,
     /// Time of every stage.
@@ -155,6 +160,122 @@ pub struct SplineReport {
     pub faces_over_20deg: usize,
 }
 
+/// How many elements of a mesh are of each class, see [`Class`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ClassCounts {
+    /// The surface is on the outer side.
+    pub positive: usize,
+    /// The surface is on the inner side.
+    pub negative: usize,
+    /// The surface is the element itself.
+    pub zero: usize,
+    /// The surface goes through.
+    pub nonconvex: usize,
+}
+
+/// What the A-patch method did.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct APatchReport {
+    /// Where normals came from: `file`, `loop`, `angle` or `area`; none if that is not known.
+    pub normals: Option<String>,
+    /// How long gradients are: `given`, `unit` or `recovered`; none if that is not known.
+    pub gradient_lengths: Option<String>,
+    /// Faces by class.
+    pub faces: ClassCounts,
+    /// Edges by class.
+    pub edges: ClassCounts,
+    /// Number of cells over faces, on both sides.
+    pub face_cells: usize,
+    /// Number of cells over edges, on both sides.
+    pub edge_cells: usize,
+    /// Number of vertices whose normal was moved to see the faces around them.
+    pub normals_moved: usize,
+    /// Number of sharp edges over which both faces end in the edge itself.
+    pub creases_straight: usize,
+    /// Number of sharp edges over which the faces are pulled to a common curve.
+    pub creases_curved: usize,
+    /// How many of both were not asked for: without them the surface would not be valid.
+    pub creases_added: usize,
+    /// Number of vertices that were given several normals for the same reason.
+    pub corners: usize,
+    /// Number of free parameters whose default was raised to the bound that is sufficient for one root on every ray.
+    pub free_raised: usize,
+    /// Number of vertices, faces and edges where the hull is not valid, by reason.
+    pub problems: BTreeMap<String, usize>,
+    /// Patches with a ray that has no root, and the first ten of them; none if that was not looked for.
+    pub undefined: Option<usize>,
+    /// See `undefined`.
+    pub undefined_at: Vec<u32>,
+    /// Patches whose normal turns from that of a small triangle by more than a right angle, and the first ten of them: the surface
+    /// bends hard there. None if that was not looked for.
+    pub steep: Option<usize>,
+    /// See `steep`.
+    pub steep_at: Vec<u32>,
+    /// Patches that fold over, and the first ten of them; none if that was not looked for.
+    pub folded: Option<usize>,
+    /// See `folded`.
+    pub folded_at: Vec<u32>,
+    /// Intervals along the edges of the mesh and across the patches over them, in tessellated outputs; none without one.
+    pub resolution: Option<[usize; 2]>,
+}
+
+impl ClassCounts {
+    fn new(classes: impl Iterator<Item = Class>) -> Self {
+        let mut counts = Self::default();
+        for class in classes {
+            match class {
+                Class::Positive => counts.positive += 1,
+                Class::Negative => counts.negative += 1,
+                Class::Zero => counts.zero += 1,
+                Class::Nonconvex => counts.nonconvex += 1,
+            }
+        }
+        counts
+    }
+}
+
+impl APatchReport {
+    /// What the function itself tells.
+    pub fn new(function: &APatchFunction) -> Self {
+        let hull = function.hull();
+        let mut problems = BTreeMap::new();
+        for problem in hull.problems() {
+            *problems.entry(problem.reason().name().to_owned()).or_default() += 1;
+        }
+        let creases = function.crease_counts();
+        let sides = function.free().iter().zip(function.default_free()).zip(function.sufficient_free());
+        let raised = sides.flat_map(|((free, default), bound)| {
+            Side::BOTH.map(Side::index).map(|s| default[s] < bound[s] && free[s] > default[s])
+        });
+        Self {
+            faces: ClassCounts::new(hull.faces().iter().map(|face| face.class)),
+            edges: ClassCounts::new(hull.edges().iter().map(|edge| edge.class)),
+            face_cells: hull.faces().iter().map(|face| face.apexes.iter().flatten().count()).sum(),
+            edge_cells: hull.edges().iter().map(|edge| edge.cells.iter().flatten().count()).sum(),
+            normals_moved: hull.moved_normals().len(),
+            creases_straight: creases.straight,
+            creases_curved: creases.curved,
+            creases_added: hull.added_creases().len(),
+            corners: hull.corners().len(),
+            free_raised: raised.filter(|raised| *raised).count(),
+            problems,
+            ..Self::default()
+        }
+    }
+
+    /// The same with what an inspection found.
+    pub fn inspected(mut self, found: &APatchInspection) -> Self {
+        let first = |patches: &[PatchId]| patches.iter().take(NAMED_PATCHES).map(|p| p.0).collect();
+        (self.undefined, self.undefined_at) = (Some(found.undefined.len()), first(&found.undefined));
+        (self.steep, self.steep_at) = (Some(found.steep.len()), first(&found.steep));
+        (self.folded, self.folded_at) = (Some(found.folded.len()), first(&found.folded));
+        self
+    }
+}
+
+/// Patches that are listed of each kind; the rest is only counted.
+const NAMED_PATCHES: usize = 10;
+
 impl BaseReport {
     /// The counts of an inspection; a base mesh without singularities.
     pub fn new(inspection: &Inspection) -> Self {
@@ -242,6 +363,11 @@ impl Seconds {
             None => self.stages.push((stage.to_string(), seconds)),
         }
         result
+    }
+
+    /// Adds the stages of another list at the end.
+    pub fn append(&mut self, other: &Self) {
+        self.stages.extend(other.stages.iter().cloned());
     }
 
     /// Seconds since this was made.
@@ -338,6 +464,7 @@ mod tests {
                 certified: Certified::default(),
             },
             spline: Some(SplineReport::default()),
+            apatch: Some(APatchReport::default()),
             repairs: vec![Repair { what: "flip".into(), place: "edge 7".into(), why: "sliver".into() }],
             seconds,
             peak_memory_bytes: None,
@@ -354,6 +481,9 @@ mod tests {
             self_intersections self_intersections_at patches at max_distance max_distance_back \
             rms_distance max_normal_error_rad certified distance topology \
             spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
+            apatch normals gradient_lengths faces positive negative zero nonconvex edges positive face_cells edge_cells \
+            normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
+            steep steep_at folded folded_at resolution \
             repairs what where why seconds total base spline peak_memory_bytes";
         let mut rest = text.as_str();
         for field in fields.split_whitespace() {

@@ -96,7 +96,7 @@ fn too_few_faces_are_refused_with_the_least_number() {
 #[test]
 fn files_as_input_are_told_where_they_belong() {
     assert_fit_fails(&["part.isopatch"], 1, &["part.isopatch", "isopatch inspect", "isopatch convert"]);
-    assert_fit_fails(&["hand.off"], 1, &["hand.off", "--base"]);
+    assert_fit_fails(&["notes.txt"], 1, &["notes.txt"]);
 }
 
 #[test]

@@ -1,12 +1,8 @@
 //! The files that come out.
 
-use super::{Folder, model};
+use super::{Folder, model, report};
 use serde_json::Value;
 use std::fs;
-
-fn report(folder: &Folder, name: &str) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.path(name)).unwrap()).unwrap()
-}
 
 #[test]
 fn a_formula_becomes_every_kind_of_file() {

@@ -5,6 +5,7 @@ mod bad_input;
 mod files;
 mod interrupt;
 mod listing;
+mod meshes;
 mod options;
 
 use std::fs;
@@ -92,6 +93,17 @@ fn assert_fit_fails(arguments: &[&str], status: i32, words: &[&str]) {
     let line = [&["fit"], arguments, &["-o", "older.step"]].concat();
     folder.run(&line).assert_fails(status, words);
     folder.assert_untouched();
+}
+
+/// A JSON report in the folder.
+fn report(folder: &Folder, name: &str) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(folder.path(name)).unwrap()).unwrap()
+}
+
+/// The folder of test data that is not in the repository.
+fn data_folder() -> PathBuf {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
+    std::env::var_os("ISOPATCH_TEST_DATA").map_or(beside, PathBuf::from)
 }
 
 /// A file of the folder `models`.

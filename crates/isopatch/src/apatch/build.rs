@@ -1,10 +1,11 @@
 use super::base::Base;
+use super::check::{self, Patches};
 use super::edge::{EdgeFunction, EdgeSide, Flank};
 use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
 use crate::hull::{Class, Hull, Side};
-use crate::mesh::{EdgeId, FaceId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use rayon::prelude::*;
 
 /// Options of [`build`].
@@ -34,7 +35,31 @@ pub struct APatchFunction {
 const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 
 /// Computes the function (all ten steps of the paper's §4), in linear time.
+///
+/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
+    let mut function = assemble(hull, options);
+    let mut among = Patches::all(&function);
+    for round in 0..ROUNDS {
+        let folded = check::folded(&function, &among, round > 0);
+        if folded.is_empty() {
+            break;
+        }
+        let (hull, changed) = function.hull.relieved(&folded.faces, &folded.edges);
+        function = assemble(hull, options);
+        if changed.is_empty() {
+            break;
+        }
+        among = Patches::around(&function, &changed);
+    }
+    function.with_free(&options.free)
+}
+
+/// Rounds of looking for patches that turn over. Hulls ran out of things to change after at most 12.
+const ROUNDS: usize = 40;
+
+/// The function on a hull as it is, with default free parameters.
+fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let mesh = hull.data().mesh();
     let made: Vec<(FaceFunction, [Option<CellQuadric>; 2])> = (0..mesh.face_count())
         .into_par_iter()
@@ -53,14 +78,18 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let free = Vec::new();
     let mut function = APatchFunction { hull, faces, edges, defaults, sufficient: Vec::new(), free };
     function.sufficient = function.sufficient_bounds();
-    function.with_free(&options.free)
+    function.with_free(&Free::Default)
 }
 
 fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Option<CellQuadric>; 2]) {
     let (mesh, frame, face) = (hull.data().mesh(), hull.face_frame(f), &hull.faces()[f.index()]);
     let mut half_edges = mesh.face_half_edges(f);
-    let straight = [(); 3]
-        .map(|()| half_edges.next().is_some_and(|h| hull.edges()[mesh.edge(h).index()].class == Class::Zero));
+    // The faces beside a crease have gradients of their own there.
+    let class = |h: HalfEdgeId| match mesh.edge(h) {
+        e if hull.data().is_crease(e) => frame.edge_class(mesh.side(h)),
+        e => hull.edges()[e.index()].class,
+    };
+    let straight = [(); 3].map(|()| half_edges.next().is_some_and(|h| class(h) == Class::Zero));
     let base = Base::new(&frame, straight, face.class == Class::Nonconvex);
     let made = Side::BOTH.map(|side| {
         let layer1 = frame.layer1(side, &face.apexes[side.index()]?);
@@ -92,6 +121,32 @@ fn edge_side(hull: &Hull, faces: &[FaceFunction], e: EdgeId, side: Side) -> Opti
     let cell = hull.edges()[e.index()].cells[side.index()].as_ref()?;
     let [left, right] = flanks(hull, faces, e, side, |_| 0.0)?;
     Some(EdgeSide::new(cell, &left, &right))
+}
+
+/// A function taken apart, as files have it; see the methods of [`APatchFunction`] with the same names.
+#[derive(Clone, Debug)]
+pub struct APatchParts {
+    /// The hull.
+    pub hull: Hull,
+    /// The function in the cells of each face.
+    pub faces: Vec<FaceFunction>,
+    /// The function in the cells of each edge.
+    pub edges: Vec<[Option<EdgeSide>; 2]>,
+    /// Default free parameters.
+    pub default_free: Vec<[f64; 2]>,
+    /// Their sufficient bounds.
+    pub sufficient_free: Vec<[f64; 2]>,
+    /// Those in use.
+    pub free: Vec<[f64; 2]>,
+}
+
+impl From<APatchParts> for APatchFunction {
+    /// The function of parts that belong together: with an entry for each face and each edge of the hull, and a function for
+    /// each of its cells.
+    fn from(parts: APatchParts) -> Self {
+        let APatchParts { hull, faces, edges, default_free, sufficient_free, free } = parts;
+        Self { hull, faces, edges, defaults: default_free, sufficient: sufficient_free, free }
+    }
 }
 
 impl APatchFunction {

@@ -13,6 +13,7 @@
 //! edge cells                edge.rs      what makes the function C1 across both sides of the wedge
 //! free parameters           free.rs      neighbour rule, and the bound above which every ray has one simple root
 //! points                    shoot.rs     roots, points, normals, derivatives;  grid.rs  many at once
+//! creases                   crease.rs    what pulls the patches on both sides of a sharp edge to one curve
 //! ```
 //!
 //! [`build`] makes the [`APatchFunction`]; [`APatchFunction::with_free`] replaces the free parameters and nothing else.
@@ -22,6 +23,8 @@
 
 mod base;
 mod build;
+mod check;
+mod crease;
 mod edge;
 mod face;
 mod free;
@@ -38,7 +41,8 @@ mod value;
 mod tests;
 
 pub use base::Base;
-pub use build::{APatchFunction, APatchOptions, build};
+pub use build::{APatchFunction, APatchOptions, APatchParts, build};
+pub use crease::{CreaseCounts, CreasedFace};
 pub use edge::{EdgeFunction, EdgeSide, Flank, Rim};
 pub use face::{FaceFunction, FaceSide};
 pub use free::{Free, FreeRule};

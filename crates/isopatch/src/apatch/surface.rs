@@ -1,4 +1,5 @@
 use super::build::APatchFunction;
+use super::crease::CreaseCounts;
 use super::locate::CellTree;
 use super::shoot::Shot;
 use crate::geom::{Aabb, Point3, Vec3};
@@ -8,7 +9,7 @@ use crate::surface::{Continuity, Domain, PatchForm, PatchId, Sample, Seam, SeamS
 use std::sync::OnceLock;
 
 /// The zero set of an [`APatchFunction`]: one triangular patch over each face, then one square patch over each edge that
-/// has a cell, C1 across all seams.
+/// has a cell; C1 across all seams but creases and boundaries, which are G0.
 ///
 /// The patch over an edge has u along the edge, from the start of its half edge to its end, and v from the right face (0) to
 /// the left face (1). Its sides u = 0 and u = 1 are the vertices, so it is a lens; over a nonconvex edge it also narrows
@@ -52,9 +53,8 @@ impl APatchSurface {
                 |h, reversed| SeamSide { patch: PatchId(mesh.face(h).0), edge: mesh.side(h) as u8, reversed };
             let h = mesh.edge_half_edge(e);
             let Some([_, g]) = hull.data().joint(e) else {
-                let ends = [Some(h), mesh.twin(h)];
-                let seam = |h| Seam { first: of_face(h, false), second: None, continuity: Continuity::G0 };
-                seams.extend(ends.into_iter().flatten().map(seam));
+                let second = mesh.twin(h).map(|g| of_face(g, true));
+                seams.push(Seam { first: of_face(h, false), second, continuity: Continuity::G0 });
                 continue;
             };
             let mut add = |first, second| {
@@ -94,6 +94,12 @@ impl APatchSurface {
         &self.squares
     }
 
+    /// Counts the creases: those that are straight, so that the function ends in them by itself, and those to which the faces
+    /// are pulled.
+    pub fn crease_counts(&self) -> CreaseCounts {
+        self.function.crease_counts()
+    }
+
     fn shoot(&self, patch: PatchId, [u, v]: [f64; 2]) -> Option<Shot> {
         match self.over(patch) {
             Over::Face(f) => self.function.shoot_face(f, [u, v, 1.0 - u - v]),
@@ -121,6 +127,13 @@ impl Surface for APatchSurface {
     /// NaN where the ray has no root.
     fn sample(&self, patch: PatchId, uv: [f64; 2]) -> Sample {
         let nan = Vec3::repeat(f64::NAN);
+        if let Over::Face(f) = self.over(patch)
+            && let Some(face) = self.function.creased_face(f)
+        {
+            let x = [uv[0], uv[1], 1.0 - uv[0] - uv[1]];
+            let none = Sample { point: nan, normal: nan, du: nan, dv: nan };
+            return face.sample(x).unwrap_or(none);
+        }
         self.shoot(patch, uv).map_or(Sample { point: nan, normal: nan, du: nan, dv: nan }, |shot| Sample {
             point: shot.point,
             normal: shot.gradient.normalize(),
@@ -156,7 +169,7 @@ impl Surface for APatchSurface {
                 let face = &hull.faces()[f.index()];
                 let corners = Aabb::around(&hull.data().corners(f));
                 let cells = face.apexes.iter().flatten().fold(corners, |b, apex| b.including(apex));
-                match (self.dips(f), face.apexes.iter().flatten().next()) {
+                let cells = match (self.dips(f), face.apexes.iter().flatten().next()) {
                     // Behind the base it goes as far as the apex at most.
                     (true, Some(apex)) => {
                         let center: Point3 = hull.data().corners(f).iter().sum::<Point3>() / 3.0;
@@ -164,7 +177,11 @@ impl Surface for APatchSurface {
                         cells.grown(size)
                     }
                     _ => cells,
-                }
+                };
+                self.function.creased_face(f).map_or(cells, |creased| {
+                    let added = creased.corrections();
+                    Aabb { min: cells.min + added.min, max: cells.max + added.max }
+                })
             }
             Over::Edge(e) => {
                 let cells = Side::BOTH.into_iter().filter_map(|side| self.function.edge_cell(e, side));

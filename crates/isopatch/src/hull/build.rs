@@ -1,11 +1,15 @@
 //! Puts apexes over the faces of a mesh and checks what stands between them.
 
 use super::class::{Class, Side, bend};
+use super::corner;
+use super::crease;
 use super::edge::{EdgeCell, EdgeFrame};
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::problem::{Problem, Reason};
+use super::relief::Reliefs;
 use super::repair;
+use super::shear;
 use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
@@ -57,6 +61,8 @@ pub struct RobustApexes {
     pub raises: usize,
     /// Rounds of other directions and normals for what is still wrong, each linear in the number of such faces; default 3.
     pub repairs: usize,
+    /// Make creases and corners where nothing else helps, until no problem remains; default true.
+    pub corners: bool,
 }
 
 impl Default for RobustApexes {
@@ -69,6 +75,7 @@ impl Default for RobustApexes {
             raise: 1.3,
             raises: 12,
             repairs: 3,
+            corners: true,
         }
     }
 }
@@ -104,9 +111,9 @@ pub struct HullFace {
 /// An edge of the hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HullEdge {
-    /// How the surface bends over it.
+    /// How the surface bends over it; seen from the left face if it is a crease.
     pub class: Class,
-    /// Its cells on the outer and the inner side.
+    /// Its cells on the outer and the inner side; a boundary or a crease has none.
     pub cells: [Option<EdgeCell>; 2],
 }
 
@@ -118,6 +125,57 @@ pub struct Hull {
     edges: Vec<HullEdge>,
     problems: Vec<Problem>,
     moved_normals: Vec<VertexId>,
+    corners: Vec<Corner>,
+    added_creases: Vec<AddedCrease>,
+    options: HullOptions,
+    pub(super) reliefs: Reliefs,
+}
+
+/// A vertex that was given several normals, because no single one would do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// Why: what was wrong there, or at a face there.
+    pub reason: Reason,
+}
+
+/// An edge that was made a crease, because the surface cannot be smooth across it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AddedCrease {
+    /// The edge.
+    pub edge: EdgeId,
+    /// Why: what was wrong there, or at one of its ends.
+    pub reason: Reason,
+}
+
+/// A hull taken apart, as files have it.
+#[derive(Clone, Debug)]
+pub struct HullParts {
+    /// See [`Hull::data`].
+    pub data: HermiteMesh,
+    /// See [`Hull::faces`].
+    pub faces: Vec<HullFace>,
+    /// See [`Hull::edges`].
+    pub edges: Vec<HullEdge>,
+    /// See [`Hull::problems`].
+    pub problems: Vec<Problem>,
+    /// See [`Hull::moved_normals`].
+    pub moved_normals: Vec<VertexId>,
+    /// See [`Hull::corners`].
+    pub corners: Vec<Corner>,
+    /// See [`Hull::added_creases`].
+    pub added_creases: Vec<AddedCrease>,
+}
+
+impl From<HullParts> for Hull {
+    /// The hull of parts that belong together: one face and one edge for each of the mesh. Should it be changed, the default
+    /// options hold.
+    fn from(parts: HullParts) -> Self {
+        let HullParts { data, faces, edges, problems, moved_normals, corners, added_creases } = parts;
+        let (options, reliefs) = (HullOptions::default(), Reliefs::default());
+        Self { data, faces, edges, problems, moved_normals, corners, added_creases, options, reliefs }
+    }
 }
 
 impl Hull {
@@ -144,6 +202,16 @@ impl Hull {
     /// Vertices whose gradient was turned so that it sees the faces around it.
     pub fn moved_normals(&self) -> &[VertexId] {
         &self.moved_normals
+    }
+
+    /// Vertices that were given several normals so that no problem remains, in order. Those of tagged creases are not among them.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Edges that were made creases so that no problem remains, in order: those of the corners, and single ones.
+    pub fn added_creases(&self) -> &[AddedCrease] {
+        &self.added_creases
     }
 
     /// Faces that have a problem themselves or at one of their edges, in order.
@@ -174,6 +242,34 @@ impl Hull {
     }
 }
 
+/// Takes a finished hull to pieces, lets `change` alter it, and finishes it again.
+pub(super) fn altered<T>(
+    hull: Hull,
+    change: impl FnOnce(&mut Builder<'_>, &RobustApexes) -> T,
+) -> (Hull, Option<T>) {
+    let ApexRule::Robust(rule) = hull.options.rule else { return (hull, None) };
+    let options = hull.options;
+    let given = gradients(&hull.data);
+    let moved = hull.moved_normals;
+    let mut builder = Builder::with_faces(hull.data, hull.faces, given, &options);
+    builder.corners = hull.corners;
+    builder.added_creases = hull.added_creases;
+    builder.reliefs = hull.reliefs;
+    let result = change(&mut builder, &rule);
+    let mut hull = builder.finish();
+    hull.moved_normals.extend(moved);
+    hull.moved_normals.sort_unstable();
+    hull.moved_normals.dedup();
+    let is_corner = |v: &VertexId| hull.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
+    let moved = hull.moved_normals.iter().copied().filter(|v| !is_corner(v)).collect();
+    hull.moved_normals = moved;
+    (hull, Some(result))
+}
+
+fn gradients(data: &HermiteMesh) -> Vec<Vec3> {
+    data.mesh().half_edges().map(|h| data.gradient(h)).collect()
+}
+
 fn frame(data: &HermiteMesh, f: FaceId) -> FaceFrame {
     FaceFrame::new(data.corners(f), data.corner_gradients(f))
 }
@@ -192,6 +288,9 @@ pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
     if let ApexRule::Robust(rule) = options.rule {
         builder.raise((0..builder.edges.len()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
+        if rule.corners {
+            corner::make_corners(&mut builder, &rule);
+        }
     }
     builder.finish()
 }
@@ -206,32 +305,45 @@ pub(super) struct Builder<'a> {
     edge_fault: Vec<Option<Reason>>,
     faults: Vec<u8>,
     /// Number of faces with a fault, and number of faults.
-    score: (usize, usize),
+    pub score: (usize, usize),
     given: Vec<Vec3>,
     journal: Vec<Change>,
+    pub corners: Vec<Corner>,
+    pub added_creases: Vec<AddedCrease>,
+    pub reliefs: Reliefs,
 }
 
 /// What was there before a change.
 enum Change {
     Face(FaceId, HullFace),
     Gradient(HalfEdgeId, Vec3),
+    Crease(EdgeId),
 }
 
 impl<'a> Builder<'a> {
     fn new(mut data: HermiteMesh, options: &'a HullOptions) -> Self {
-        let given = data.mesh().half_edges().map(|h| data.gradient(h)).collect();
+        let given = gradients(&data);
         if let ApexRule::Robust(rule) = options.rule {
             repair::turn_hidden_normals(&mut data, rule.visibility);
         }
-        let mesh = data.mesh();
-        let edge_count = mesh.edge_count();
-        let faces: Vec<HullFace> = (0..mesh.face_count())
+        let faces: Vec<HullFace> = (0..data.mesh().face_count())
             .into_par_iter()
             .map(|f| {
                 let frame = frame(&data, f.into());
                 placed(&frame, default_direction(&frame, options), options)
             })
             .collect();
+        Self::with_faces(data, faces, given, options)
+    }
+
+    /// With faces that are placed already; everything is checked.
+    fn with_faces(
+        data: HermiteMesh,
+        faces: Vec<HullFace>,
+        given: Vec<Vec3>,
+        options: &'a HullOptions,
+    ) -> Self {
+        let edge_count = data.mesh().edge_count();
         let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
         let mut builder = Self {
             faults: vec![0; faces.len()],
@@ -244,6 +356,9 @@ impl<'a> Builder<'a> {
             faces,
             given,
             journal: Vec::new(),
+            corners: Vec::new(),
+            added_creases: Vec::new(),
+            reliefs: Reliefs::default(),
         };
         for f in 0..builder.faces.len() {
             builder.check_face(f.into());
@@ -263,6 +378,14 @@ impl<'a> Builder<'a> {
     /// Edges that have a fault themselves.
     pub fn bad_edges(&self) -> Vec<EdgeId> {
         self.data.mesh().edges().filter(|e| self.is_bad_edge(*e)).collect()
+    }
+
+    pub fn fault_of_face(&self, f: FaceId) -> Option<Reason> {
+        self.face_fault[f.index()]
+    }
+
+    pub fn fault_of_edge(&self, e: EdgeId) -> Option<Reason> {
+        self.edge_fault[e.index()]
     }
 
     pub fn is_bad_edge(&self, e: EdgeId) -> bool {
@@ -297,29 +420,47 @@ impl<'a> Builder<'a> {
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
-            let fault = faults.min();
+            let of_crease = || crease::fault(&self.data, *e).map(|(_, reason)| reason);
+            let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
             let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
             self.edges[e.index()] = edge;
             self.edge_fault[e.index()] = fault;
             if by != 0 {
-                for h in self.data.joint(*e).into_iter().flatten() {
+                for h in self.data.pair(*e).into_iter().flatten() {
                     self.count_fault(self.data.mesh().face(h), by);
                 }
             }
         }
     }
 
+    /// Multiplies the heights of the apexes of a face.
+    pub fn raise_face(&mut self, f: FaceId, factor: f64) {
+        let mut face = self.faces[f.index()];
+        face.heights = face.heights.map(|height| factor * height);
+        self.set_face(f, face);
+    }
+
+    /// Checks the edges of faces that were changed, and raises apexes there.
+    pub fn settle(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let edges = self.edges_around(faces.iter().copied());
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
     /// Raises the apexes beside edges whose cells are too wide or reach too low, as often as the rule allows.
     fn raise(&mut self, mut edges: Vec<EdgeId>, rule: &RobustApexes) {
-        for _ in 0..rule.raises {
+        for round in 0..rule.raises {
             let mut wanted: Vec<(FaceId, Side)> = Vec::new();
             for e in &edges {
+                let class = self.edges[e.index()].class;
+                let folds =
+                    round < RAISES_FOR_FOLDS && shear::crossing_folds(&self.data, &self.faces, *e, class);
                 for side in Side::BOTH {
                     let low = |cell: &EdgeCell| {
                         cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
                             || cell.angle > rule.widest
                     };
-                    if self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
+                    if folds || self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
                         let faces = self.data.joint(*e).into_iter().flatten();
                         wanted.extend(faces.map(|h| (self.data.mesh().face(h), side)));
                     }
@@ -364,18 +505,8 @@ impl<'a> Builder<'a> {
         rule: &RobustApexes,
     ) -> bool {
         let before = self.score;
-        self.journal.clear();
-        for (corner, gradient) in gradients {
-            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
-            self.data.set_gradient(*corner, *gradient);
-        }
-        for (f, direction) in directions {
-            let face = placed(&self.frame(*f), *direction, self.options);
-            self.set_face(*f, face);
-        }
-        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
-        self.check_edges(&edges);
-        self.raise(edges, rule);
+        self.set(&[], gradients);
+        self.place(directions, rule);
         if self.score < before {
             return true;
         }
@@ -383,7 +514,41 @@ impl<'a> Builder<'a> {
         false
     }
 
-    fn roll_back(&mut self) {
+    /// Makes creases of edges and changes gradients. The faces beside them have to be placed next.
+    pub fn set(&mut self, creases: &[EdgeId], gradients: &[(HalfEdgeId, Vec3)]) {
+        self.journal.clear();
+        for e in creases {
+            if self.data.is_crease(*e) {
+                continue;
+            }
+            self.journal.push(Change::Crease(*e));
+            self.data.set_crease(*e, true);
+        }
+        for (corner, gradient) in gradients {
+            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
+            self.data.set_gradient(*corner, *gradient);
+        }
+    }
+
+    /// Gives faces the directions that they have before anything is repaired, with the gradients as they are now.
+    pub fn place_by_default(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let directions: Vec<(FaceId, Vec3)> =
+            faces.iter().map(|f| (*f, self.default_direction(*f))).collect();
+        self.place(&directions, rule);
+    }
+
+    fn place(&mut self, directions: &[(FaceId, Vec3)], rule: &RobustApexes) {
+        for (f, direction) in directions {
+            let face = placed(&self.frame(*f), *direction, self.options);
+            self.set_face(*f, face);
+        }
+        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
+    /// Undoes what was set and placed last.
+    pub fn roll_back(&mut self) {
         let journal = std::mem::take(&mut self.journal);
         let mut touched = Vec::new();
         for change in journal.into_iter().rev() {
@@ -393,6 +558,7 @@ impl<'a> Builder<'a> {
                     touched.push(f);
                 }
                 Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+                Change::Crease(e) => self.data.set_crease(e, false),
             }
         }
         touched.sort_unstable();
@@ -409,7 +575,9 @@ impl<'a> Builder<'a> {
         default_direction(&self.frame(f), self.options)
     }
 
-    fn finish(self) -> Hull {
+    fn finish(mut self) -> Hull {
+        self.corners.sort_unstable_by_key(|corner| corner.vertex);
+        self.added_creases.sort_unstable_by_key(|crease| crease.edge);
         let mesh = self.data.mesh();
         let hidden = mesh.vertices().filter(|v| {
             repair::visibility(&self.data, *v, |h| self.data.gradient(h)).is_some_and(|least| least <= 0.0)
@@ -421,17 +589,30 @@ impl<'a> Builder<'a> {
             .filter_map(|face| self.face_fault[face.index()].map(|reason| Problem::Face { face, reason }));
         problems.extend(of_faces);
         for edge in mesh.edges() {
-            if let (Some(reason), Some(joint)) = (self.edge_fault[edge.index()], self.data.joint(edge)) {
-                let faces = joint.map(|h| mesh.face(h));
+            if let (Some(reason), Some(pair)) = (self.edge_fault[edge.index()], self.data.pair(edge)) {
+                let faces = pair.map(|h| mesh.face(h));
                 problems.push(Problem::Edge { edge, faces, reason });
             }
         }
-        let moved =
-            mesh.vertices().filter(|v| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h)));
-        let moved_normals = moved.collect();
-        Hull { faces: self.faces, edges: self.edges, problems, moved_normals, data: self.data }
+        let is_corner = |v: &VertexId| self.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
+        let moved = |v: &VertexId| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h));
+        let moved_normals = mesh.vertices().filter(|v| moved(v) && !is_corner(v)).collect();
+        Hull {
+            faces: self.faces,
+            edges: self.edges,
+            problems,
+            moved_normals,
+            corners: self.corners,
+            added_creases: self.added_creases,
+            options: *self.options,
+            reliefs: self.reliefs,
+            data: self.data,
+        }
     }
 }
+
+/// How often apexes are raised so that a patch does not turn over; where that takes more, it makes the shape worse.
+const RAISES_FOR_FOLDS: usize = 5;
 
 /// Fewer edges are not worth sharing out between threads.
 const FEW: usize = 512;
@@ -447,15 +628,9 @@ fn default_direction(frame: &FaceFrame, options: &HullOptions) -> Vec3 {
     }
 }
 
-fn classify(frame: &FaceFrame, k: usize) -> Class {
-    let b = (k + 1) % 3;
-    let at = |a: usize, b: usize| bend(&frame.p[a], &frame.p[b], &frame.n[a]);
-    Class::of_edge(at(k, b), at(b, k))
-}
-
 /// A face with its apexes on the line in `direction`.
 fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace {
-    let class = Class::of_face([0, 1, 2].map(|k| classify(frame, k)));
+    let class = Class::of_face([0, 1, 2].map(|k| frame.edge_class(k)));
     let margin = options.margin.of(frame);
     let heights = Side::BOTH.map(|side| match options.rule {
         ApexRule::Paper => frame.paper_height(side, &direction, margin),
@@ -465,6 +640,17 @@ fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) -> HullFace
     });
     let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
     face.apexes = apexes(frame, &face);
+    if let ApexRule::Robust(rule) = options.rule {
+        let low = face;
+        for _ in 0..=RAISES_FOR_FOLDS {
+            if !shear::corners_fold(frame, &face) {
+                return face;
+            }
+            face.heights = face.heights.map(|height| rule.raise * height);
+            face.apexes = apexes(frame, &face);
+        }
+        return low;
+    }
     face
 }
 

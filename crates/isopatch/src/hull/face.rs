@@ -1,6 +1,6 @@
 //! A face with its gradients: coefficients over it, and the heights of its apexes.
 
-use super::class::Side;
+use super::class::{Class, Side, bend};
 use crate::geom::{Point3, Vec3};
 
 /// Corners and gradients of a face.
@@ -60,6 +60,13 @@ impl FaceFrame {
     pub fn on_edge(&self, k: usize) -> [f64; 2] {
         let b = (k + 1) % 3;
         [self.e[k][b], self.e[b][k]]
+    }
+
+    /// How the surface bends over edge k, by the gradients of this face.
+    pub fn edge_class(&self, k: usize) -> Class {
+        let b = (k + 1) % 3;
+        let at = |a: usize, b: usize| bend(&self.p[a], &self.p[b], &self.n[a]);
+        Class::of_edge(at(k, b), at(b, k))
     }
 
     /// f_ab of the mid-edge rule for edge k and the point w.

@@ -20,11 +20,15 @@
 
 mod build;
 mod class;
+mod corner;
+mod crease;
 mod edge;
 mod face;
 mod hermite;
 mod problem;
+mod relief;
 mod repair;
+mod shear;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.
@@ -35,8 +39,12 @@ pub(crate) mod test_meshes;
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
-pub use build::{ApexRule, Hull, HullFace, HullOptions, Margin, RobustApexes, build};
+pub use build::{
+    AddedCrease, ApexRule, Corner, Hull, HullEdge, HullFace, HullOptions, HullParts, Margin, RobustApexes,
+    build,
+};
 pub use class::{Class, Side};
+pub use crease::CreaseCurve;
 pub use edge::{EdgeCell, EdgeFrame};
 pub use face::{FaceFrame, Layer1, alpha, mid_edge};
 pub use hermite::{HermiteError, HermiteMesh};

@@ -14,9 +14,24 @@ pub enum Reason {
     SteepApex,
     /// No height of the apex gives the first layer the right signs.
     NoApex,
+    /// The normals on the two sides of a crease lead it so far from its edge that a face beside it would fold.
+    CreaseTurns,
+    /// The patch turns over: small triangles of it face the wrong way.
+    Folds,
 }
 
 impl Reason {
+    /// All, in their order.
+    pub const ALL: [Self; 7] = [
+        Self::NoVisibleNormal,
+        Self::ApexOverlap,
+        Self::FlatEdgeCell,
+        Self::SteepApex,
+        Self::NoApex,
+        Self::CreaseTurns,
+        Self::Folds,
+    ];
+
     /// One word for reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -25,6 +40,8 @@ impl Reason {
             Self::FlatEdgeCell => "flat_edge_tet",
             Self::SteepApex => "mu4",
             Self::NoApex => "no_apex",
+            Self::CreaseTurns => "crease_turns",
+            Self::Folds => "folds",
         }
     }
 }
@@ -37,6 +54,8 @@ impl std::fmt::Display for Reason {
             Self::FlatEdgeCell => "its cell is flat or inverted",
             Self::SteepApex => "one of its apexes is too far from the other face",
             Self::NoApex => "no apex gives it the right signs",
+            Self::Folds => "its patch turns over",
+            Self::CreaseTurns => "its normals turn the crease into a face beside it",
         })
     }
 }

@@ -38,21 +38,29 @@ pub(super) fn turn_hidden_normals(data: &mut HermiteMesh, least: f64) {
         .vertices()
         .filter(|v| visibility(data, *v, |h| data.gradient(h)).is_some_and(|seen| seen < least))
         .collect();
-    for v in hidden {
-        if let Some(direction) = most_visible_at(data, v) {
-            let corners: Vec<HalfEdgeId> = data.mesh().ring(v).collect();
-            for h in corners {
+    let sectors: Vec<Vec<HalfEdgeId>> = hidden.into_iter().flat_map(|v| data.sectors(v)).collect();
+    for sector in sectors {
+        let seen = |h: &HalfEdgeId| normal_at(data, *h).dot(&data.gradient(*h).normalize());
+        if sector.iter().all(|h| seen(h) >= least) {
+            continue;
+        }
+        if let Some((direction, _)) = most_visible(data, &sector) {
+            for h in sector {
                 data.set_gradient(h, data.gradient(h).norm() * direction);
             }
         }
     }
 }
 
-fn most_visible_at(data: &HermiteMesh, v: VertexId) -> Option<Vec3> {
-    let mesh = data.mesh();
-    let around: Vec<Vec3> =
-        mesh.ring(v).map(|h| normals::of_face(mesh, data.positions(), mesh.face(h))).collect();
-    most_visible_direction(&around).map(|(direction, _)| direction)
+/// Unit normal of the face at a corner.
+pub(super) fn normal_at(data: &HermiteMesh, corner: HalfEdgeId) -> Vec3 {
+    normals::of_face(data.mesh(), data.positions(), data.mesh().face(corner))
+}
+
+/// The direction that sees the faces at these corners best, and the least product with their normals.
+pub(super) fn most_visible(data: &HermiteMesh, corners: &[HalfEdgeId]) -> Option<(Vec3, f64)> {
+    let around: Vec<Vec3> = corners.iter().map(|h| normal_at(data, *h)).collect();
+    most_visible_direction(&around)
 }
 
 /// Tries other directions for bad faces, together with the bad faces beside them and alone, then other normals at their
@@ -93,7 +101,7 @@ fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
         let mut next = 0;
         while let Some(f) = cluster.get(next).copied() {
             next += 1;
-            for g in mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g)) {
+            for g in neighbours(&builder.data, f) {
                 if builder.is_bad(g) && !seen[g.index()] {
                     seen[g.index()] = true;
                     cluster.push(g);
@@ -103,6 +111,13 @@ fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
         found.push(cluster);
     }
     found
+}
+
+/// The faces across the smooth edges of a face.
+fn neighbours(data: &HermiteMesh, f: FaceId) -> impl Iterator<Item = FaceId> + '_ {
+    let mesh = data.mesh();
+    let smooth = |h: &HalfEdgeId| !data.is_crease(mesh.edge(*h));
+    mesh.face_half_edges(f).filter(smooth).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g))
 }
 
 /// Number of directions that [`candidate`] offers.
@@ -115,9 +130,8 @@ fn candidate(builder: &Builder<'_>, f: FaceId, which: usize) -> Vec3 {
     let mean = mean_normal(&frame).try_normalize(0.0).unwrap_or(frame.normal);
     let unit = frame.n.map(|n| n.normalize());
     let around = || {
-        let beside = mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|g| mesh.face(g));
         let normal = |f| normals::of_face(mesh, builder.data.positions(), f);
-        beside.map(normal).fold(frame.normal, |sum, n| sum + n)
+        neighbours(&builder.data, f).map(normal).fold(frame.normal, |sum, n| sum + n)
     };
     let direction = match which {
         0 => mean,
@@ -180,16 +194,15 @@ fn turn_normals(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApex
     vertices.sort_unstable();
     vertices.dedup();
     let mut better = false;
-    for v in vertices {
-        for normal in normals_at(&builder.data, v) {
-            let mesh = builder.data.mesh();
-            let ring: Vec<HalfEdgeId> = mesh.ring(v).collect();
-            let faces: Vec<FaceId> = ring.iter().map(|h| mesh.face(*h)).collect();
+    let sectors: Vec<Vec<HalfEdgeId>> = vertices.into_iter().flat_map(|v| builder.data.sectors(v)).collect();
+    for sector in sectors {
+        for normal in normals_at(&builder.data, &sector) {
+            let faces: Vec<FaceId> = sector.iter().map(|h| builder.data.mesh().face(*h)).collect();
             if !faces.iter().any(|f| builder.is_bad(*f)) {
                 break;
             }
             let gradients: Vec<(HalfEdgeId, Vec3)> =
-                ring.iter().map(|h| (*h, builder.data.gradient(*h).norm() * normal)).collect();
+                sector.iter().map(|h| (*h, builder.data.gradient(*h).norm() * normal)).collect();
             let directions: Vec<(FaceId, Vec3)> =
                 faces.iter().map(|f| (*f, builder.default_direction(*f))).collect();
             better |= builder.attempt(&gradients, &directions, rule);
@@ -198,17 +211,17 @@ fn turn_normals(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApex
     better
 }
 
-/// Other unit normals for a vertex.
-fn normals_at(data: &HermiteMesh, v: VertexId) -> Vec<Vec3> {
+/// Other unit normals for a vertex, as the faces at these corners see it.
+fn normals_at(data: &HermiteMesh, corners: &[HalfEdgeId]) -> Vec<Vec3> {
     let mesh = data.mesh();
     let (mut by_angle, mut by_area) = (Vec3::zeros(), Vec3::zeros());
-    for h in mesh.ring(v) {
+    for h in corners.iter().copied() {
         let at = |v: VertexId| data.positions()[v.index()];
-        let (o, a, b) = (at(v), at(mesh.dest(h)), at(mesh.origin(mesh.prev(h))));
+        let (o, a, b) = (at(mesh.origin(h)), at(mesh.dest(h)), at(mesh.origin(mesh.prev(h))));
         let area = (a - o).cross(&(b - o));
         by_area += area;
         by_angle += crate::geom::angle_between(&(a - o), &(b - o)) * area.normalize();
     }
     let sums = [by_angle, by_area].into_iter().filter_map(|sum| sum.try_normalize(0.0));
-    sums.chain(most_visible_at(data, v)).collect()
+    sums.chain(most_visible(data, corners).map(|(direction, _)| direction)).collect()
 }

@@ -4,7 +4,7 @@ use super::box_tree::BoxTree;
 use super::triangle_pair::{Corners, has_area, intersect};
 use crate::geom::{Aabb, Point3};
 use crate::surface::{PatchId, Surface};
-use crate::tessellate::{TessellateError, TessellateOptions, tessellate};
+use crate::tessellate::{TessellateError, TessellateOptions, Tessellation, tessellate};
 
 /// Places that are kept of each kind; the rest is only counted.
 const PLACES: usize = 10;
@@ -63,16 +63,20 @@ pub struct Intersections {
 /// # Errors
 /// The resolution is out of range, or the patches do not say what they share.
 pub fn intersections(surface: &dyn Surface, resolution: usize) -> Result<Intersections, TessellateError> {
-    let mesh = tessellate(surface, &TessellateOptions { resolution })?;
+    Ok(places(&tessellate(surface, &TessellateOptions { resolution })?))
+}
+
+/// Where the triangles of a tessellation intersect.
+pub(super) fn places(mesh: &Tessellation) -> Intersections {
     let found = mesh_intersections(&mesh.positions, &mesh.triangles);
     let bounds = |t: u32| Aabb::around(mesh.triangles[t as usize].map(|v| mesh.positions[v as usize]).iter());
     let place = |pair: &[u32; 2]| Intersection {
         patches: pair.map(|t| mesh.patches[t as usize]),
         at: bounds(pair[0]).common(&bounds(pair[1])).center(),
     };
-    Ok(Intersections {
+    Intersections {
         triangles: mesh.triangles.len(),
         count: found.count,
         first: found.first.iter().map(place).collect(),
-    })
+    }
 }

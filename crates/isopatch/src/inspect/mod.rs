@@ -9,9 +9,11 @@
 //! | does it go through itself? | [`intersections`] |
 //! | what is it, as a whole? | [`topology`], [`extent`] |
 //!
-//! [`inspect`] asks all of them. Lengths are relative to the diagonal of the base mesh, angles are in radians.
+//! [`inspect`] asks all of them of a spline, [`inspect_a_patches`] those of A-patches that need no formula, and besides
+//! whether every patch is defined everywhere and none folds. Lengths are relative to the diagonal of the base mesh, angles are in radians.
 //! All figures are *measured*: they hold for the samples, and are bounds of nothing.
 
+mod a_patches;
 mod box_tree;
 mod closest;
 mod coverage;
@@ -30,6 +32,7 @@ mod zeros;
 #[cfg(test)]
 mod tests;
 
+pub use a_patches::{APatchInspectOptions, APatchInspection, inspect_a_patches};
 pub use closest::{ClosestPatch, Nearest};
 pub use coverage::{Coverage, coverage};
 pub use deviation::{Deviation, NORMAL_ERROR_LIMIT, PatchDeviation, deviation, deviation_of};

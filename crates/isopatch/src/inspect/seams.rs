@@ -42,17 +42,25 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
             Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
         })
         .collect();
-    let mut result = Seams { boundary: measured.iter().filter(|m| m.is_none()).count(), ..Seams::default() };
-    for (i, (gap, jump)) in measured.into_iter().enumerate().filter_map(|(i, m)| Some((i, m?))) {
-        result.interior += 1;
-        if gap / diagonal > result.max_gap {
-            (result.max_gap, result.worst_gap) = (gap / diagonal, Some(i));
+    Seams::gathered(measured, diagonal)
+}
+
+impl Seams {
+    /// The figures of all seams from the gap (a length) and the normal jump of each, none for a boundary.
+    pub(super) fn gathered(measured: Vec<Option<(f64, f64)>>, diagonal: f64) -> Self {
+        let mut result =
+            Self { boundary: measured.iter().filter(|m| m.is_none()).count(), ..Self::default() };
+        for (i, (gap, jump)) in measured.into_iter().enumerate().filter_map(|(i, m)| Some((i, m?))) {
+            result.interior += 1;
+            if gap / diagonal > result.max_gap {
+                (result.max_gap, result.worst_gap) = (gap / diagonal, Some(i));
+            }
+            if jump > result.max_normal_jump {
+                (result.max_normal_jump, result.worst_normal_jump) = (jump, Some(i));
+            }
         }
-        if jump > result.max_normal_jump {
-            (result.max_normal_jump, result.worst_normal_jump) = (jump, Some(i));
-        }
+        result
     }
-    result
 }
 
 /// Bernstein polynomials of every degree that occurs, at the parameters of the samples.

@@ -48,6 +48,14 @@ pub enum WriteError {
         /// Its number.
         index: usize,
     },
+    /// A coefficient of an A-patch is infinite or not a number.
+    #[error("number {index} of section {section} is not finite")]
+    Coefficient {
+        /// The section of the native format.
+        section: String,
+        /// Position of the number there.
+        index: usize,
+    },
     /// A closed component faces inward and nothing encloses it.
     #[error("the component of patch {patch} faces inward and lies in no other: its solid would be unbounded")]
     InsideOut {
@@ -78,5 +86,9 @@ pub enum WriteError {
 pub(super) fn check_finite(mesh: &Tessellation) -> Result<(), WriteError> {
     let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
     let bad = mesh.positions.iter().zip(&mesh.normals).position(|(p, n)| !finite(p) || !finite(n));
-    bad.map_or(Ok(()), |index| Err(WriteError::NotFinite { what: "vertex", index }))
+    if let Some(index) = bad {
+        return Err(WriteError::NotFinite { what: "vertex", index });
+    }
+    let bad = mesh.normals.iter().position(|n| !finite(n));
+    bad.map_or(Ok(()), |index| Err(WriteError::NotFinite { what: "normal", index }))
 }

@@ -28,9 +28,11 @@ const FILE_HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
 /// Writes one mesh. Positions are single precision, relative to the centre of the bounding box, which is the
-/// translation of the mesh's node; its parent turns z up to y up and model units to metres.
+/// translation of the mesh's node; its parent turns z up to y up and model units to metres. A vertex on a crease is there once for
+/// each of its normals.
 pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
+    let mesh = &*mesh.with_split_creases();
     let bounds = Aabb::around(&mesh.positions);
     let center = if bounds.is_empty() { Vec3::zeros() } else { bounds.center() };
     let binary = mesh.positions.len() * 24 + mesh.triangles.len() * 12;

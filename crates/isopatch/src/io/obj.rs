@@ -29,13 +29,12 @@ pub fn write_obj(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
             text.push(b'\n');
         }
         text.push(b'f');
-        for v in mesh.triangles[t] {
+        for (v, n) in mesh.triangles[t].into_iter().zip(mesh.normal_numbers(t)) {
             // Numbers start at 1.
-            let number = u64::from(v) + 1;
             text.push(b' ');
-            push_integer(text, number);
+            push_integer(text, u64::from(v) + 1);
             text.extend_from_slice(b"//");
-            push_integer(text, number);
+            push_integer(text, u64::from(n) + 1);
         }
         text.push(b'\n');
     })?;

@@ -5,9 +5,11 @@ use super::{WriteError, error};
 use crate::tessellate::Tessellation;
 use std::io::Write;
 
-/// Writes positions and normals as doubles, and triangles with the number of their patch, in the order of the mesh.
+/// Writes positions and normals as doubles, and triangles with the number of their patch, in the order of the mesh. A vertex on a
+/// crease is there once for each of its normals.
 pub fn write_ply(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
+    let mesh = mesh.with_split_creases();
     write!(
         out,
         "ply\nformat binary_little_endian 1.0\ncomment isopatch {}\nelement vertex {}\n",

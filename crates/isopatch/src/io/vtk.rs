@@ -1,11 +1,11 @@
-//! VTK unstructured grids (.vtu) of degree-7 triangles.
+//! VTK unstructured grids (.vtu): of degree-7 triangles, or of flat ones.
 
 use super::net::{DEGREE, nets};
-use super::{WriteError, text};
+use super::{WriteError, error, text};
 use crate::bernstein::index;
 use crate::geom::Vec3;
 use crate::surface::{PatchId, Surface};
-use crate::tessellate::{SharedLattice, TessellateOptions, tessellate};
+use crate::tessellate::{SharedLattice, TessellateOptions, Tessellation, tessellate};
 use std::io::{self, Write};
 
 const NODES: usize = index::count(DEGREE);
@@ -53,11 +53,39 @@ pub fn write_vtk(
             (mesh.positions, mesh.normals)
         }
     };
-    let arrays = Arrays { lattice: &lattice, patches: surface.patch_count(), points, normals };
-    write_header(out, &arrays)?;
-    arrays.write_data(options.cells, out)?;
-    out.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
-    Ok(())
+    let order = node_order(DEGREE);
+    let grid = Grid {
+        points: &points,
+        normals: &normals,
+        cells: surface.patch_count(),
+        nodes: NODES,
+        cell_type: options.cells.cell_type(),
+        degree: Some(DEGREE),
+        patches: &[],
+        node: &|cell, n| lattice.number(PatchId(cell as u32), order[n]),
+    };
+    grid.write(out)
+}
+
+/// VTK_TRIANGLE.
+const LINEAR_TRIANGLE: u8 = 5;
+
+/// Writes flat triangles with the normals of the surface at their corners, and the number of the patch of each. A vertex on a
+/// crease is there once for each of its normals.
+pub fn write_vtk_mesh(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteError> {
+    error::check_finite(mesh)?;
+    let mesh = &*mesh.with_split_creases();
+    let grid = Grid {
+        points: &mesh.positions,
+        normals: &mesh.normals,
+        cells: mesh.triangles.len(),
+        nodes: 3,
+        cell_type: LINEAR_TRIANGLE,
+        degree: None,
+        patches: &mesh.patches,
+        node: &|cell, n| mesh.triangles[cell][n],
+    };
+    grid.write(out)
 }
 
 /// The nodes of a triangle of degree n in VTK's order: three corners, the insides of the edges, then the triangle
@@ -81,96 +109,171 @@ fn node_order(n: usize) -> Vec<[usize; 3]> {
     nodes
 }
 
-struct Arrays<'a> {
-    lattice: &'a SharedLattice,
-    patches: usize,
-    points: Vec<Vec3>,
+/// An unstructured grid of cells of one kind.
+struct Grid<'a> {
+    points: &'a [Vec3],
     /// Per point, or empty.
-    normals: Vec<Vec3>,
+    normals: &'a [Vec3],
+    cells: usize,
+    /// Nodes of a cell.
+    nodes: usize,
+    cell_type: u8,
+    /// Of higher-order cells.
+    degree: Option<usize>,
+    /// Patch of each cell, or empty.
+    patches: &'a [PatchId],
+    /// Point of a node of a cell.
+    node: &'a (dyn Fn(usize, usize) -> u32 + Sync),
 }
 
 /// Bytes of a length in front of an appended array.
 const LENGTH: usize = 8;
 
-impl Arrays<'_> {
-    /// Bytes of the arrays in their order in the file: degrees, normals, points, connectivity, offsets, types.
-    fn sizes(&self) -> [usize; 6] {
-        let vector = 3 * size_of::<f64>();
-        let normals = self.normals.len() * vector;
-        let connectivity = self.patches * NODES * size_of::<i64>();
-        let offsets = self.patches * size_of::<i64>();
-        [self.patches * vector, normals, self.points.len() * vector, connectivity, offsets, self.patches]
+type WriteArray<'a, W> = Box<dyn Fn(&mut W) -> io::Result<()> + 'a>;
+
+/// A data array: how it is described in the header, its bytes, and what writes them.
+struct Array<'a, W> {
+    element: Element,
+    kind: &'static str,
+    name: &'static str,
+    components: usize,
+    bytes: usize,
+    write: WriteArray<'a, W>,
+}
+
+/// Where an array belongs.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Element {
+    CellData,
+    PointData,
+    Points,
+    Cells,
+}
+
+impl Element {
+    const ALL: [Self; 4] = [Self::CellData, Self::PointData, Self::Points, Self::Cells];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::CellData => "CellData",
+            Self::PointData => "PointData",
+            Self::Points => "Points",
+            Self::Cells => "Cells",
+        }
     }
 
-    fn write_data(&self, cells: Cells, out: &mut impl Write) -> io::Result<()> {
-        let sizes = self.sizes();
-        let length = |out: &mut dyn Write, array: usize| out.write_all(&(sizes[array] as u64).to_le_bytes());
-        let vectors = |out: &mut _, vectors: &[Vec3]| {
-            text::write_items(out, vectors.len(), |i, bytes| {
-                vectors[i].iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
-            })
+    /// What the element says of its arrays besides.
+    fn attributes(self, names: &[&str]) -> String {
+        let says = |attribute: &str, name| {
+            if names.contains(&name) { format!(" {attribute}=\"{name}\"") } else { String::new() }
         };
-        let degree = DEGREE as f64;
-        length(out, 0)?;
-        vectors(out, &vec![Vec3::new(degree, degree, 0.0); self.patches])?;
-        if !self.normals.is_empty() {
-            length(out, 1)?;
-            vectors(out, &self.normals)?;
+        match self {
+            Self::CellData => says("HigherOrderDegrees", "HigherOrderDegrees") + &says("Scalars", "patch"),
+            Self::PointData => says("Normals", "Normals"),
+            Self::Points | Self::Cells => String::new(),
         }
-        length(out, 2)?;
-        vectors(out, &self.points)?;
-        length(out, 3)?;
-        let order = node_order(DEGREE);
-        text::write_items(out, self.patches, |p, bytes| {
-            for ijk in &order {
-                let number = self.lattice.number(PatchId(p as u32), *ijk);
-                bytes.extend_from_slice(&i64::from(number).to_le_bytes());
-            }
-        })?;
-        length(out, 4)?;
-        text::write_items(out, self.patches, |p, bytes| {
-            bytes.extend_from_slice(&(((p + 1) * NODES) as i64).to_le_bytes());
-        })?;
-        length(out, 5)?;
-        out.write_all(&vec![cells.cell_type(); self.patches])
     }
 }
 
-fn write_header(out: &mut impl Write, arrays: &Arrays<'_>) -> io::Result<()> {
-    let mut offset = 0;
-    let sizes = arrays.sizes();
-    let mut array = |k: usize, kind: &str, name: &str, components: usize| {
-        let element = format!(
-            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{offset}\"/>\n"
-        );
-        offset += LENGTH + sizes[k];
-        element
-    };
-    let degrees = array(0, "Float64", "HigherOrderDegrees", 3);
-    let normals = match arrays.normals.is_empty() {
-        true => String::new(),
-        false => {
-            format!("<PointData Normals=\"Normals\">\n{}</PointData>\n", array(1, "Float64", "Normals", 3))
+impl Grid<'_> {
+    fn write<W: Write>(&self, out: &mut W) -> Result<(), WriteError> {
+        let arrays = self.arrays();
+        write!(
+            out,
+            "<?xml version=\"1.0\"?>\n\
+             <VTKFile type=\"UnstructuredGrid\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+             <UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n{}\
+             </Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_",
+            self.points.len(),
+            self.cells,
+            described(&arrays),
+        )?;
+        for array in &arrays {
+            out.write_all(&(array.bytes as u64).to_le_bytes())?;
+            (array.write)(out)?;
         }
-    };
-    let points = array(2, "Float64", "Points", 3);
-    let (connectivity, offsets, types) = (
-        array(3, "Int64", "connectivity", 1),
-        array(4, "Int64", "offsets", 1),
-        array(5, "UInt8", "types", 1),
-    );
-    write!(
-        out,
-        "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"UnstructuredGrid\" version=\"2.2\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
-         <UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n\
-         <CellData HigherOrderDegrees=\"HigherOrderDegrees\">\n{degrees}</CellData>\n\
-         {normals}<Points>\n{points}</Points>\n<Cells>\n{connectivity}{offsets}{types}</Cells>\n\
-         </Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_",
-        arrays.points.len(),
-        arrays.patches,
-    )
+        out.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
+        Ok(())
+    }
+
+    fn arrays<W: Write>(&self) -> Vec<Array<'_, W>> {
+        let (cells, nodes) = (self.cells, self.nodes);
+        let mut arrays = Vec::new();
+        let mut add = |element, kind, name, components, bytes, write| {
+            arrays.push(Array { element, kind, name, components, bytes, write });
+        };
+        let vector = 3 * size_of::<f64>();
+        if let Some(degree) = self.degree {
+            let degrees = Vec3::new(degree as f64, degree as f64, 0.0);
+            let write = move |out: &mut W| write_vectors(out, cells, |_| degrees);
+            add(Element::CellData, "Float64", "HigherOrderDegrees", 3, cells * vector, Box::new(write) as _);
+        }
+        if !self.patches.is_empty() {
+            let write = move |out: &mut W| {
+                let number = |c: usize, bytes: &mut Vec<u8>| bytes.extend(self.patches[c].0.to_le_bytes());
+                text::write_items(out, cells, number)
+            };
+            add(Element::CellData, "UInt32", "patch", 1, cells * size_of::<u32>(), Box::new(write));
+        }
+        for (element, name, vectors) in
+            [(Element::PointData, "Normals", self.normals), (Element::Points, "Points", self.points)]
+        {
+            if element == Element::Points || !vectors.is_empty() {
+                let write = |out: &mut W| write_vectors(out, vectors.len(), |i| vectors[i]);
+                add(element, "Float64", name, 3, vectors.len() * vector, Box::new(write));
+            }
+        }
+        let word = size_of::<i64>();
+        let connectivity = move |out: &mut W| {
+            text::write_items(out, cells, |c, bytes| {
+                (0..nodes).for_each(|n| bytes.extend(i64::from((self.node)(c, n)).to_le_bytes()));
+            })
+        };
+        add(Element::Cells, "Int64", "connectivity", 1, cells * nodes * word, Box::new(connectivity));
+        let offsets = move |out: &mut W| {
+            text::write_items(out, cells, |c, bytes| bytes.extend((((c + 1) * nodes) as i64).to_le_bytes()))
+        };
+        add(Element::Cells, "Int64", "offsets", 1, cells * word, Box::new(offsets));
+        let cell_type = self.cell_type;
+        let types = move |out: &mut W| out.write_all(&vec![cell_type; cells]);
+        add(Element::Cells, "UInt8", "types", 1, cells, Box::new(types));
+        arrays
+    }
+}
+
+fn write_vectors(
+    out: &mut impl Write,
+    count: usize,
+    vector: impl Fn(usize) -> Vec3 + Sync,
+) -> io::Result<()> {
+    text::write_items(out, count, |i, bytes| {
+        vector(i).iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
+    })
+}
+
+/// The elements of the header for arrays that are appended one after the other.
+fn described<W>(arrays: &[Array<'_, W>]) -> String {
+    let mut text = String::new();
+    for element in Element::ALL {
+        let mut offset = 0;
+        let (mut lines, mut names) = (String::new(), Vec::new());
+        for array in arrays {
+            if array.element == element {
+                let Array { kind, name, components, .. } = array;
+                lines += &format!(
+                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+                     format=\"appended\" offset=\"{offset}\"/>\n"
+                );
+                names.push(*name);
+            }
+            offset += LENGTH + array.bytes;
+        }
+        if !lines.is_empty() {
+            let (name, attributes) = (element.name(), element.attributes(&names));
+            text += &format!("<{name}{attributes}>\n{lines}</{name}>\n");
+        }
+    }
+    text
 }
 
 #[cfg(test)]
@@ -207,5 +310,20 @@ mod tests {
                 assert_eq!(end - start, arrays + 8 * (4 + vectors));
             }
         }
+    }
+
+    #[test]
+    fn flat_triangles_carry_normals_and_patches() {
+        let mesh = tessellate(&sphere(), &TessellateOptions { resolution: 2 }).unwrap();
+        let mut bytes = Vec::new();
+        write_vtk_mesh(&mesh, &mut bytes).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        assert!(text.contains("NumberOfPoints=\"42\" NumberOfCells=\"80\""));
+        assert!(
+            text.contains("<CellData Scalars=\"patch\">") && text.contains("<PointData Normals=\"Normals\">")
+        );
+        let start = bytes.windows(6).position(|w| w == b"raw\">\n").unwrap() + 7;
+        let end = bytes.len() - b"\n</AppendedData>\n</VTKFile>\n".len();
+        assert_eq!(end - start, 6 * 8 + 80 * 4 + 2 * 42 * 24 + 80 * (3 * 8 + 8 + 1));
     }
 }

@@ -1,4 +1,3 @@
-use std::collections::HashMap;
 use std::ops::Range;
 
 /// Marks a missing half edge: the twin on a boundary, the half edge of an isolated vertex.
@@ -7,7 +6,7 @@ const NONE: u32 = u32::MAX;
 macro_rules! typed_id {
     ($name:ident, $what:literal) => {
         #[doc = concat!("Number of ", $what, " in its mesh, from 0.")]
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub struct $name(pub u32);
 
         impl $name {
@@ -77,6 +76,22 @@ pub enum MeshError {
     },
 }
 
+/// A half edge among those with the same smaller end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+struct DirectedEdge {
+    larger_end: u32,
+    half_edge: HalfEdgeId,
+    /// Does it run from the smaller end to the larger one?
+    ascends: bool,
+}
+
+/// The first two half edges of one edge that run in the same direction, the later one as early as possible.
+fn clash_of(edge: &[DirectedEdge]) -> Option<[HalfEdgeId; 2]> {
+    let mut seen = [None; 2];
+    edge.iter()
+        .find_map(|h| seen[usize::from(h.ascends)].replace(h.half_edge).map(|earlier| [earlier, h.half_edge]))
+}
+
 /// An oriented 2-manifold mesh of polygons, with or without boundary, as half edges in arrays.
 ///
 /// Immutable: algorithms that change connectivity return new face lists.
@@ -136,21 +151,55 @@ impl HalfEdgeMesh {
         Ok(mesh)
     }
 
+    /// Finds the opposite half edges: those of one edge come together when half edges are put into the bucket of their
+    /// smaller end, and each bucket is sorted by the larger one.
     fn pair_twins(&mut self) -> Result<(), MeshError> {
-        let mut by_ends = HashMap::with_capacity(self.origin.len());
-        for h in self.half_edges() {
-            let (from, to) = (self.origin(h).0, self.dest(h).0);
-            if let Some(other) = by_ends.insert((from, to), h) {
-                let (first, second) = (self.face[other.index()], self.face[h.index()]);
-                return Err(MeshError::NonManifoldEdge { from, to, first, second });
+        let (start, buckets) = self.by_smaller_end();
+        let mut clash: Option<[HalfEdgeId; 2]> = None;
+        for bucket in start.windows(2).map(|ends| ends[0] as usize..ends[1] as usize) {
+            for edge in buckets[bucket].chunk_by(|a, b| a.larger_end == b.larger_end) {
+                match *edge {
+                    [a, b] if a.ascends != b.ascends => {
+                        self.twin[a.half_edge.index()] = b.half_edge.0;
+                        self.twin[b.half_edge.index()] = a.half_edge.0;
+                    }
+                    [_] => {}
+                    _ => clash = clash.into_iter().chain(clash_of(edge)).min_by_key(|pair| pair[1]),
+                }
             }
         }
-        for h in self.half_edges() {
-            if let Some(g) = by_ends.get(&(self.dest(h).0, self.origin(h).0)) {
-                self.twin[h.index()] = g.0;
-            }
+        let Some([first, second]) = clash else { return Ok(()) };
+        Err(MeshError::NonManifoldEdge {
+            from: self.origin(second).0,
+            to: self.dest(second).0,
+            first: self.face(first).0,
+            second: self.face(second).0,
+        })
+    }
+
+    /// The half edges by their smaller end, then by their larger one, then by their own number; and where those of each
+    /// vertex start. A counting sort, and short sorts of what meets at a vertex.
+    fn by_smaller_end(&self) -> (Vec<u32>, Vec<DirectedEdge>) {
+        let ends = |h: HalfEdgeId| (self.origin(h).0, self.dest(h).0);
+        let mut start = vec![0u32; self.vertex_count() + 1];
+        for (a, b) in self.half_edges().map(ends) {
+            start[a.min(b) as usize + 1] += 1;
         }
-        Ok(())
+        for v in 0..self.vertex_count() {
+            start[v + 1] += start[v];
+        }
+        let mut free = start.clone();
+        let mut buckets = vec![DirectedEdge::default(); self.half_edge_count()];
+        for half_edge in self.half_edges() {
+            let (a, b) = ends(half_edge);
+            let place = &mut free[a.min(b) as usize];
+            buckets[*place as usize] = DirectedEdge { larger_end: a.max(b), half_edge, ascends: a < b };
+            *place += 1;
+        }
+        for ends in start.windows(2) {
+            buckets[ends[0] as usize..ends[1] as usize].sort_unstable();
+        }
+        (start, buckets)
     }
 
     fn number_edges(&mut self) {
@@ -446,5 +495,8 @@ mod tests {
         let bow_tie = [[0, 1, 2], [0, 3, 4]];
         assert_eq!(build(&bow_tie, 5), MeshError::NonManifoldVertex { vertex: 0 });
         assert_eq!(build(&[[0, 1, 2]], 4), MeshError::IsolatedVertex { vertex: 3 });
+        // Of two edges with too many faces, the one whose second face comes first.
+        let two = [[4, 5, 6], [0, 1, 2], [5, 4, 7], [1, 0, 3], [0, 1, 3], [4, 5, 8]];
+        assert_eq!(build(&two, 9), MeshError::NonManifoldEdge { from: 0, to: 1, first: 1, second: 4 });
     }
 }

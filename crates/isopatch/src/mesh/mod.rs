@@ -19,8 +19,10 @@
 //! half edge 3f + k runs from corner k to corner k + 1.
 
 mod check;
+pub mod creases;
 mod degenerate;
 mod fans;
+pub mod gradient_lengths;
 mod half_edge;
 mod nesting;
 pub mod normals;
@@ -29,6 +31,7 @@ mod pairing;
 mod polygons;
 mod prepare;
 mod repairs;
+mod triangulate;
 mod walls;
 mod weld;
 
@@ -38,4 +41,5 @@ mod prepare_tests;
 pub use check::{Component, Hole, MeshCheck, check};
 pub use half_edge::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, MeshError, VertexId};
 pub use prepare::{MeshFault, PrepareOptions, Prepared, prepare};
-pub use repairs::{MeshRepair, Place, RepairKind};
+pub use repairs::{MeshRepair, Place, RepairKind, place_names};
+pub use triangulate::{MOST_CORNERS, TooManyCorners, Triangles, triangulate};

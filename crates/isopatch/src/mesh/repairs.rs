@@ -30,6 +30,12 @@ impl fmt::Display for Place {
     }
 }
 
+/// The first ten of some places, as a text.
+pub fn place_names(places: &[Place]) -> String {
+    let named: Vec<String> = places.iter().take(NAMED_PLACES).map(Place::to_string).collect();
+    named.join(", ") + if places.len() > NAMED_PLACES { ", …" } else { "" }
+}
+
 /// A kind of change to a mesh, or of departure from a clean one that stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum RepairKind {
@@ -118,8 +124,7 @@ impl MeshRepair {
 
     /// Where: the first ten places.
     pub fn place(&self) -> String {
-        let named: Vec<String> = self.places.iter().take(NAMED_PLACES).map(Place::to_string).collect();
-        named.join(", ") + if self.places.len() > NAMED_PLACES { ", …" } else { "" }
+        place_names(&self.places)
     }
 
     /// For which reason.

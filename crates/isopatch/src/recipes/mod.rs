@@ -1,10 +1,13 @@
-//! Whole runs, from a formula to a surface: one file per paper, which reads like the paper's outline.
+//! Whole runs, from a formula or a mesh to a surface: one file per paper, which reads like the paper's outline.
 //!
 //! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
+//! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
+pub mod apatch;
 mod differentiable;
 mod finish;
 mod least;

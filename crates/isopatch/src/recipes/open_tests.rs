@@ -131,7 +131,8 @@ fn a_native_file_keeps_the_box() {
     let fitted = made("x^2+y^2-1", [-1.5, -1.5, -1.0], [1.5, 1.5, 1.0], Size::Faces(61));
     let mut bytes = Vec::new();
     write_native(&fitted.surface, &Provenance::default(), &mut bytes).unwrap();
-    let read = read_native(&mut &*bytes).unwrap().spline;
+    let model = read_native(&mut &*bytes).unwrap();
+    let read = model.spline().unwrap();
     assert_eq!(read.base.clip, fitted.surface.base.clip);
     assert_eq!(read.nets, fitted.surface.nets);
 

@@ -1,6 +1,7 @@
+use super::crease_normals;
 use super::{TessellateError, Tessellation};
-use crate::apatch::APatchSurface;
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
+use crate::apatch::{APatchSurface, CreasedFace};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh};
@@ -29,7 +30,8 @@ pub const MAX_INTERVALS: usize = 1000;
 ///
 /// First come the vertices of the mesh; then, per edge, the points of its patch with both of its borders (or of its straight
 /// line) from start to end; then the interior points of each face. Borders are evaluated once, with the patch over the edge, so
-/// there are no cracks. The result does not depend on the number of threads.
+/// there are no cracks; points on creases are those of the crease, and have a normal on each side. The result does not depend on
+/// the number of threads.
 pub fn tessellate_a_patches(
     surface: &APatchSurface,
     resolution: APatchResolution,
@@ -49,7 +51,8 @@ pub fn tessellate_a_patches(
         return Err(TessellateError::NoRoot { patch: numbering.patch_of(surface, at).0 });
     }
     let (triangles, patches) = numbering.triangles(surface);
-    Ok(Tessellation { positions, normals, triangles, patches })
+    let corner_normals = crease_normals::number(surface, n, &triangles, &patches, &mut normals);
+    Ok(Tessellation { positions, normals, triangles, corner_normals, patches })
 }
 
 /// The vertices of the mesh with their normals.
@@ -178,24 +181,37 @@ fn samples(surface: &APatchSurface, numbering: &Numbering) -> (Vec<Point3>, Vec<
         evaluate(&mut GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) });
         (0..count).map(|i| (points.get(i), normals.get(i))).collect::<Vec<_>>()
     };
+    let of_creased = |face: &CreasedFace<'_>, x: &[f64; 3]| {
+        let nan = Vec3::repeat(f64::NAN);
+        face.sample(*x).map_or((nan, nan), |sample| (sample.point, sample.normal))
+    };
     let straight = |e: EdgeId| -> Vec<(Point3, Vec3)> {
         let h = mesh.edge_half_edge(e);
         let k = mesh.side(h);
-        let at = |i: usize| {
+        let x = |i: usize| {
             let mut x = [0.0; 3];
             [x[k], x[(k + 1) % 3]] = weights(i);
-            function.shoot_face(mesh.face(h), x)
+            x
         };
+        if function.hull().data().is_crease(e) {
+            let creased = function.creased_face(mesh.face(h));
+            return creased.map_or_else(Vec::new, |face| (1..n).map(|i| of_creased(&face, &x(i))).collect());
+        }
+        let at = |i: usize| function.shoot_face(mesh.face(h), x(i));
         let nan = Vec3::repeat(f64::NAN);
         (1..n).map(|i| at(i).map_or((nan, nan), |shot| (shot.point, shot.gradient.normalize()))).collect()
     };
+    let interior = triangle::interior_lattice(n);
     let of_edges = (0..mesh.edge_count()).into_par_iter().flat_map_iter(|e| match numbering.patch[e] {
         Some(_) => evaluated(edge_table.len(), &|out| edge_table.evaluate(function, e.into(), out)),
         None => straight(e.into()),
     });
-    let of_faces = (0..mesh.face_count())
-        .into_par_iter()
-        .flat_map_iter(|f| evaluated(face_table.len(), &|out| face_table.evaluate(function, f.into(), out)));
+    let of_faces = (0..mesh.face_count()).into_par_iter().flat_map_iter(|f| {
+        function.creased_face(f.into()).map_or_else(
+            || evaluated(face_table.len(), &|out| face_table.evaluate(function, f.into(), out)),
+            |face| interior.iter().map(|x| of_creased(&face, x)).collect(),
+        )
+    });
     of_edges.chain(of_faces).unzip()
 }
 

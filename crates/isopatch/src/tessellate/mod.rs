@@ -5,10 +5,12 @@
 
 mod a_patches;
 mod basis_table;
+mod crease_normals;
 mod shared_lattice;
 mod triangles;
 
 pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};
 pub use basis_table::BasisTable;
 pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
+pub(crate) use triangles::small_triangles;
 pub use triangles::{TessellateError, TessellateOptions, Tessellation, tessellate};

@@ -3,6 +3,7 @@ use crate::bernstein::index;
 use crate::geom::{Point3, Vec3};
 use crate::surface::{PatchForm, PatchId, Surface};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// How finely to tessellate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +50,13 @@ pub const MAX_RESOLUTION: usize = 1000;
 pub struct Tessellation {
     /// Points of the surface.
     pub positions: Vec<Point3>,
-    /// Unit normals of the surface at these points, outward.
+    /// Unit normals of the surface at these points, outward; at a point of a crease, on one of its sides, and those on the
+    /// other sides after the last.
     pub normals: Vec<Vec3>,
     /// Vertex numbers, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// The numbers of the normals at the corners of each triangle; empty where those are the vertex numbers.
+    pub corner_normals: Vec<[u32; 3]>,
     /// The patch of each triangle.
     pub patches: Vec<PatchId>,
 }
@@ -79,6 +83,7 @@ pub fn tessellate(
         positions,
         normals,
         triangles: triangles.collect(),
+        corner_normals: Vec::new(),
         patches: surface.patches().flat_map(|p| std::iter::repeat_n(p, n * n)).collect(),
     };
     fill_missing_normals(&mut mesh);
@@ -109,7 +114,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
 }
 
 /// The n² triangles of a lattice, counter-clockwise.
-pub(super) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
+pub(crate) fn small_triangles(n: usize) -> Vec<[[usize; 3]; 3]> {
     let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
     let inverted = index::indices(n.saturating_sub(2))
         .filter(|_| n >= 2)
@@ -138,6 +143,34 @@ fn fill_missing_normals(mesh: &mut Tessellation) {
 }
 
 impl Tessellation {
+    /// The numbers of the normals at the corners of triangle t.
+    pub fn normal_numbers(&self, t: usize) -> [u32; 3] {
+        self.corner_normals.get(t).copied().unwrap_or(self.triangles[t])
+    }
+
+    /// The mesh with one normal a vertex: vertices on creases are there once for each of their normals. It has cracks by number,
+    /// not by position.
+    pub fn with_split_creases(&self) -> Cow<'_, Self> {
+        if self.corner_normals.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        // The vertex of each normal; those after the last vertex get one of their own.
+        let mut positions = self.positions.clone();
+        positions.resize(self.normals.len(), Point3::zeros());
+        for (triangle, normals) in self.triangles.iter().zip(&self.corner_normals) {
+            for (v, n) in triangle.iter().zip(normals) {
+                positions[*n as usize] = self.positions[*v as usize];
+            }
+        }
+        Cow::Owned(Self {
+            positions,
+            normals: self.normals.clone(),
+            triangles: self.corner_normals.clone(),
+            corner_normals: Vec::new(),
+            patches: self.patches.clone(),
+        })
+    }
+
     /// Signed volume enclosed by the triangles, relative to the first vertex: positive if they face outward.
     pub fn signed_volume(&self) -> f64 {
         let Some(origin) = self.positions.first() else { return 0.0 };

@@ -7,7 +7,7 @@ pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
 /// Version whose change only adds sections.
-pub const MINOR: u16 = 1;
+pub const MINOR: u16 = 2;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.
@@ -43,6 +43,56 @@ pub const CURVES: Tag = Tag(*b"CURV");
 pub const INTERIORS: Tag = Tag(*b"INNR");
 /// Only for a surface that a box cuts.
 pub const CLIP: Tag = Tag(*b"CLIP");
+
+// Sections of A-patches.
+pub const POSITIONS: Tag = Tag(*b"APOS");
+pub const GRADIENTS: Tag = Tag(*b"AGRD");
+pub const CREASES: Tag = Tag(*b"ACRS");
+pub const FACE_CLASSES: Tag = Tag(*b"AFCC");
+pub const EDGE_CLASSES: Tag = Tag(*b"AECC");
+pub const RAYS: Tag = Tag(*b"ARAY");
+pub const BASES: Tag = Tag(*b"ABAS");
+pub const FACE_CELLS: Tag = Tag(*b"AFCL");
+pub const EDGE_CELLS: Tag = Tag(*b"AECL");
+pub const FREE: Tag = Tag(*b"AFRE");
+pub const NOTES: Tag = Tag(*b"ANOT");
+
+/// Every section that this version knows.
+pub const KNOWN: [Tag; 18] = [
+    META,
+    FACES,
+    VERTICES,
+    EDGES,
+    CURVES,
+    INTERIORS,
+    CLIP,
+    POSITIONS,
+    GRADIENTS,
+    CREASES,
+    FACE_CLASSES,
+    EDGE_CLASSES,
+    RAYS,
+    BASES,
+    FACE_CELLS,
+    EDGE_CELLS,
+    FREE,
+    NOTES,
+];
+
+/// Numbers of a face: direction and heights of its rays.
+pub const RAY_NUMBERS: usize = 3 + 2;
+/// Numbers of a face: layer 0.
+pub const BASE_NUMBERS: usize = 9;
+/// Numbers of a cell over a face: apex, layer 1 at corners and edges, q.
+pub const FACE_CELL_NUMBERS: usize = 3 + 3 + 3 + 3;
+/// Numbers of a cell over an edge: μ, ν, angle, b, a, far.
+pub const EDGE_CELL_NUMBERS: usize = 4 + 4 + 1 + 2 + 2 + 2;
+/// Numbers of a face: default, bound and value of the free parameter, on both sides.
+pub const FREE_NUMBERS: usize = 6;
+/// Bytes of a note: what, why, two of padding, number of the element.
+pub const NOTE: usize = 8;
+/// The reason of a note without one.
+pub const NO_REASON: u8 = 255;
 
 impl fmt::Display for Tag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,22 +1,65 @@
-//! The native format `.isopatch`, which holds a spline exactly; described byte by byte in docs/format.md.
+//! The native format `.isopatch`, which holds a surface exactly; described byte by byte in docs/format.md.
 
 mod layout;
 mod read;
+mod read_a_patches;
 mod write;
+mod write_a_patches;
 
 pub use read::{NativeError, read_native};
 pub use write::write_native;
+pub use write_a_patches::write_native_a_patches;
 
-use super::Unit;
+use super::{Unit, WriteError};
+use crate::apatch::APatchSurface;
 use crate::spline::TriangularSpline;
+use std::io::Write;
 
-/// A spline with the words about where it comes from.
-#[derive(Clone, Debug)]
+/// A surface with the words about where it comes from.
+#[derive(Debug)]
 pub struct NativeModel {
     /// The surface.
-    pub spline: TriangularSpline,
+    pub surface: NativeSurface,
     /// Where it comes from.
     pub provenance: Provenance,
+}
+
+/// A surface that the format can hold.
+#[derive(Debug)]
+pub enum NativeSurface {
+    /// Bézier triangles of degree 7.
+    Spline(TriangularSpline),
+    /// Rational A-patches.
+    APatches(Box<APatchSurface>),
+}
+
+impl NativeModel {
+    /// The surface, if it is a spline.
+    pub fn spline(&self) -> Option<&TriangularSpline> {
+        match &self.surface {
+            NativeSurface::Spline(spline) => Some(spline),
+            NativeSurface::APatches(_) => None,
+        }
+    }
+
+    /// The surface, if it is one of A-patches.
+    pub fn a_patches(&self) -> Option<&APatchSurface> {
+        match &self.surface {
+            NativeSurface::Spline(_) => None,
+            NativeSurface::APatches(surface) => Some(surface.as_ref()),
+        }
+    }
+
+    /// Writes the model so that [`read_native`] gives it back bit for bit.
+    ///
+    /// # Errors
+    /// See [`write_native`] and [`write_native_a_patches`].
+    pub fn write(&self, out: &mut impl Write) -> Result<(), WriteError> {
+        match &self.surface {
+            NativeSurface::Spline(spline) => write_native(spline, &self.provenance, out),
+            NativeSurface::APatches(surface) => write_native_a_patches(surface, &self.provenance, out),
+        }
+    }
 }
 
 /// Where a surface comes from.
@@ -46,5 +89,7 @@ impl Default for Provenance {
     }
 }
 
+#[cfg(test)]
+mod a_patch_tests;
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,10 @@
 use super::layout::*;
-use super::{NativeModel, Provenance};
+use super::read_a_patches::a_patches;
+use super::{NativeModel, NativeSurface, Provenance};
 use crate::base::{BaseMesh, BoxSides, Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
+use crate::hull::HermiteError;
 use crate::io::UnknownUnit;
 use crate::mesh::{HalfEdgeMesh, MeshError};
 use crate::spline::TriangularSpline;
@@ -73,6 +75,19 @@ pub enum NativeError {
         /// The vertex.
         vertex: usize,
     },
+    /// The mesh has no positions or gradients that can be interpolated.
+    #[error(transparent)]
+    Data(#[from] HermiteError),
+    /// A code, or the number of an element, that does not exist.
+    #[error("entry {index} of section {section} is {code}, which does not exist")]
+    Code {
+        /// The section.
+        section: String,
+        /// Position of the entry.
+        index: usize,
+        /// What it says.
+        code: u32,
+    },
     /// A number is infinite or not a number.
     #[error("number {index} of section {section} is not finite")]
     NotFinite {
@@ -91,6 +106,10 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     let sections = Sections::parse(&bytes)?;
     let provenance = provenance(sections.get(META)?)?;
     let mesh = mesh(sections.get(FACES)?)?;
+    if sections.find(POSITIONS).is_some() {
+        let surface = NativeSurface::APatches(Box::new(a_patches(&sections, mesh)?));
+        return Ok(NativeModel { surface, provenance });
+    }
     let (vertices, edges, faces) = (mesh.vertex_count(), mesh.edge_count(), mesh.face_count());
     let features = features(&mesh, sections.sized(EDGES, edges, 1)?)?;
     let numbers = sections.numbers(VERTICES, vertices, VERTEX)?;
@@ -111,11 +130,12 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
         features,
         frozen_diagonal: Some(provenance.diagonal).filter(|d| d.is_finite() && *d > 0.0),
     };
-    Ok(NativeModel { spline: TriangularSpline::new(base, curves, nets), provenance })
+    let surface = NativeSurface::Spline(TriangularSpline::new(base, curves, nets));
+    Ok(NativeModel { surface, provenance })
 }
 
 /// The sections of a file whose header is sound.
-struct Sections<'a> {
+pub(super) struct Sections<'a> {
     entries: Vec<(Tag, &'a [u8])>,
 }
 
@@ -152,7 +172,7 @@ impl<'a> Sections<'a> {
         let tag = Tag(entry.array()?);
         let checksum = u32::from_le_bytes(entry.array()?);
         let (offset, length) = (u64::from_le_bytes(entry.array()?), u64::from_le_bytes(entry.array()?));
-        if ![META, FACES, VERTICES, EDGES, CURVES, INTERIORS, CLIP].contains(&tag) {
+        if !KNOWN.contains(&tag) {
             return Ok(());
         }
         if self.entries.iter().any(|(t, _)| *t == tag) {
@@ -169,23 +189,23 @@ impl<'a> Sections<'a> {
         Ok(())
     }
 
-    fn get(&self, tag: Tag) -> Result<&'a [u8], NativeError> {
+    pub fn get(&self, tag: Tag) -> Result<&'a [u8], NativeError> {
         self.find(tag).ok_or_else(|| NativeError::Missing(tag.to_string()))
     }
 
-    fn find(&self, tag: Tag) -> Option<&'a [u8]> {
+    pub fn find(&self, tag: Tag) -> Option<&'a [u8]> {
         self.entries.iter().find(|(t, _)| *t == tag).map(|(_, section)| *section)
     }
 
     /// A section of `count` elements of `size` bytes.
-    fn sized(&self, tag: Tag, count: usize, size: usize) -> Result<&'a [u8], NativeError> {
+    pub fn sized(&self, tag: Tag, count: usize, size: usize) -> Result<&'a [u8], NativeError> {
         let section = self.get(tag)?;
         check_length(tag, section, count as u64 * size as u64)?;
         Ok(section)
     }
 
     /// The finite numbers of such a section.
-    fn numbers(&self, tag: Tag, count: usize, size: usize) -> Result<Vec<f64>, NativeError> {
+    pub fn numbers(&self, tag: Tag, count: usize, size: usize) -> Result<Vec<f64>, NativeError> {
         let (chunks, _) = self.sized(tag, count, size)?.as_chunks();
         let numbers: Vec<f64> = chunks.iter().map(|c| f64::from_le_bytes(*c)).collect();
         match numbers.iter().position(|x| !x.is_finite()) {
@@ -195,7 +215,7 @@ impl<'a> Sections<'a> {
     }
 }
 
-fn check_length(tag: Tag, section: &[u8], expected: u64) -> Result<(), NativeError> {
+pub(super) fn check_length(tag: Tag, section: &[u8], expected: u64) -> Result<(), NativeError> {
     let found = section.len() as u64;
     if found == expected {
         return Ok(());

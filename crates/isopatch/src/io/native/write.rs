@@ -4,7 +4,7 @@ use crate::base::{Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
 use crate::geom::Point3;
 use crate::io::WriteError;
-use crate::mesh::{EdgeId, HalfEdgeId};
+use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh};
 use crate::spline::TriangularSpline;
 use std::io::Write;
 
@@ -20,23 +20,42 @@ pub fn write_native(
 ) -> Result<(), WriteError> {
     check(spline)?;
     let mut sections = vec![
-        (META, meta(provenance)?),
-        (FACES, faces(spline)),
-        (VERTICES, vertices(spline)),
-        (EDGES, spline.base.features.iter().map(|f| feature_code(*f)).collect()),
-        (CURVES, points(spline.curves.iter().flatten())),
-        (INTERIORS, interiors(spline)),
+        Section::new(META, || meta(provenance)),
+        Section::new(FACES, || Ok(faces(&spline.base.mesh))),
+        Section::new(VERTICES, || Ok(vertices(spline))),
+        Section::new(EDGES, || Ok(spline.base.features.iter().map(|f| feature_code(*f)).collect())),
+        Section::new(CURVES, || Ok(points(spline.curves.iter().flatten()))),
+        Section::new(INTERIORS, || Ok(interiors(spline))),
     ];
-    sections.extend(spline.base.clip.as_ref().map(|clip| (CLIP, clip_bytes(clip))));
+    sections.extend(spline.base.clip.as_ref().map(|clip| Section::new(CLIP, || Ok(clip_bytes(clip)))));
+    write_sections(&sections, out)
+}
+
+/// A section and what makes its bytes. They are made twice, once for the table and once for the file, so that never more than
+/// one section is in memory.
+pub(super) struct Section<'a> {
+    tag: Tag,
+    bytes: Box<dyn Fn() -> Result<Vec<u8>, WriteError> + 'a>,
+}
+
+impl<'a> Section<'a> {
+    pub fn new(tag: Tag, bytes: impl Fn() -> Result<Vec<u8>, WriteError> + 'a) -> Self {
+        Self { tag, bytes: Box::new(bytes) }
+    }
+}
+
+/// Writes the frame: header, section table, sections.
+pub(super) fn write_sections(sections: &[Section<'_>], out: &mut impl Write) -> Result<(), WriteError> {
     let mut header = Vec::new();
     header.extend_from_slice(&MAGIC);
     header.extend_from_slice(&MAJOR.to_le_bytes());
     header.extend_from_slice(&MINOR.to_le_bytes());
     header.extend_from_slice(&(sections.len() as u32).to_le_bytes());
     let mut offset = (FIXED_HEADER + sections.len() * ENTRY + CHECKSUM) as u64;
-    for (tag, bytes) in &sections {
-        header.extend_from_slice(&tag.0);
-        header.extend_from_slice(&crc32fast::hash(bytes).to_le_bytes());
+    for section in sections {
+        let bytes = (section.bytes)()?;
+        header.extend_from_slice(&section.tag.0);
+        header.extend_from_slice(&crc32fast::hash(&bytes).to_le_bytes());
         header.extend_from_slice(&offset.to_le_bytes());
         header.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
         offset += bytes.len() as u64;
@@ -44,7 +63,9 @@ pub fn write_native(
     let checksum = crc32fast::hash(&header);
     header.extend_from_slice(&checksum.to_le_bytes());
     out.write_all(&header)?;
-    sections.iter().try_for_each(|(_, bytes)| out.write_all(bytes))?;
+    for section in sections {
+        out.write_all(&(section.bytes)()?)?;
+    }
     Ok(())
 }
 
@@ -55,7 +76,7 @@ fn feature_code(feature: EdgeFeature) -> u8 {
     }
 }
 
-fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
+pub(super) fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
     let mut bytes = Vec::new();
     for text in [&provenance.generator, &provenance.options, &provenance.source, provenance.unit.symbol()] {
         let count = text.len();
@@ -67,8 +88,7 @@ fn meta(provenance: &Provenance) -> Result<Vec<u8>, WriteError> {
     Ok(bytes)
 }
 
-fn faces(spline: &TriangularSpline) -> Vec<u8> {
-    let mesh = &spline.base.mesh;
+pub(super) fn faces(mesh: &HalfEdgeMesh) -> Vec<u8> {
     let counts = [mesh.vertex_count() as u32, mesh.face_count() as u32];
     let corners = mesh.faces().flat_map(|f| mesh.triangle(f).map(|v| v.0));
     counts.into_iter().chain(corners).flat_map(u32::to_le_bytes).collect()
@@ -98,7 +118,7 @@ fn interiors(spline: &TriangularSpline) -> Vec<u8> {
     points(spline.nets.iter().flat_map(|net| inside.iter().map(|c| &net[*c])))
 }
 
-fn points<'a>(points: impl Iterator<Item = &'a Point3>) -> Vec<u8> {
+pub(super) fn points<'a>(points: impl Iterator<Item = &'a Point3>) -> Vec<u8> {
     points.flat_map(|p| [p.x, p.y, p.z]).flat_map(f64::to_le_bytes).collect()
 }
 

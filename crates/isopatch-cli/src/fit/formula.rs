@@ -1,53 +1,34 @@
-//! `isopatch fit`: a formula to files.
+//! `isopatch fit` of a formula: a spline.
 
-use crate::arguments::{Fit, FitOptions};
-use crate::config;
-use crate::failure::{Failure, print};
+use super::finish;
+use crate::arguments::FitOptions;
+use crate::failure::Failure;
 use crate::input::Input;
-use crate::interrupt::Writing;
 use crate::making;
-use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
-use crate::summary::summary;
 use isopatch::base::BaseOptions;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
-use isopatch::io::atomic::Outputs;
-use isopatch::io::native::NativeModel;
+use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::{PolygonMesh, read_mesh};
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
 use isopatch::report::{self, BaseReport, Certified, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
 use std::path::Path;
 
-pub fn run(arguments: &Fit) -> Result<(), Failure> {
-    let options = match &arguments.config {
-        Some(path) => config::complete(&arguments.options, path)?,
-        None => arguments.options.clone(),
-    };
-    let input = Input::new(&arguments.input, &options.set)?;
-    outputs::check(&options.output, options.report.as_deref())?;
-    if let Some(threads) = options.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-        pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
-    }
+/// Makes the surface of `input`, which was typed as `text`.
+pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failure> {
     let progress = Progress::new(options.quiet);
-    let mut fitted = make(&input, &options, &progress)?;
+    let mut fitted = make(input, options, &progress)?;
     progress.stage("inspection");
     let mut seconds = std::mem::take(&mut fitted.seconds);
     let inspection = seconds.measure("inspection", || measure(&fitted));
-    check_tolerance(&inspection, &options)?;
+    check_tolerance(&inspection, options)?;
 
-    progress.stage("files");
-    let mut report = describe(&arguments.input, &options, &fitted, &inspection);
-    let provenance = making::provenance(&input, &options, &fitted, inspection.diagonal)?;
-    let model = NativeModel { spline: fitted.surface, provenance };
+    let mut report = describe(text, options, &fitted, &inspection);
+    let provenance = making::of_formula(input, options, &fitted, inspection.diagonal)?;
+    let model = NativeModel { surface: NativeSurface::Spline(fitted.surface), provenance };
     report.seconds = seconds;
-    let written = write(&model, &options, &mut report)?;
-    drop(progress);
-    if !options.quiet {
-        print(&summary(&report, &written));
-    }
-    Ok(())
+    finish(&model, options, &mut report, progress)
 }
 
 /// The recipe, with the options of the command line.
@@ -124,28 +105,9 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
             faces_over_20deg: deviation.map_or(0, |d| d.over_limit),
             ..fitted.figures
         }),
+        apatch: None,
         repairs: fitted.repairs.clone(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),
     }
-}
-
-/// Writes the files, then the report, which tells how long that took.
-fn write(model: &NativeModel, options: &FitOptions, report: &mut Report) -> Result<Vec<Written>, Failure> {
-    let writing = Writing::begin();
-    let mut outputs = Outputs::new();
-    let style = Style { resolution: options.resolution, cells: options.cells };
-    let mut paths: Vec<&Path> = options.output.iter().map(|file| file.path.as_path()).collect();
-    let result =
-        report.seconds.measure("files", || outputs::write(model, &options.output, &style, &mut outputs));
-    if writing.interrupted() {
-        return Err(Failure::Interrupted);
-    }
-    result?;
-    if let Some(path) = &options.report {
-        let json = report.to_json()?;
-        outputs.write(path, |out| Ok(std::io::Write::write_all(out, json.as_bytes())?))?;
-        paths.push(path);
-    }
-    outputs::commit(outputs, &writing, &paths)
 }

@@ -1,0 +1,73 @@
+//! Which method an input and its outputs ask for, and which options go with it.
+
+use crate::arguments::{FitOptions, Method};
+use crate::failure::Failure;
+use crate::input::Source;
+use crate::outputs;
+use isopatch::io::Format;
+use std::path::Path;
+
+/// Is there a method for the input and the outputs, and has every option a meaning for it?
+pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
+    match source {
+        Source::Formula(_) => check_formula(options),
+        Source::Mesh(path) => check_mesh(path, options),
+    }
+}
+
+fn check_formula(options: &FitOptions) -> Result<(), Failure> {
+    if options.method == Some(Method::Apatch) {
+        return Err(Failure::Unfit(
+            "--method apatch takes a mesh; for a formula there is --method spline".into(),
+        ));
+    }
+    refuse(&of_meshes(options), "for meshes, not for a formula")
+}
+
+fn check_mesh(path: &Path, options: &FitOptions) -> Result<(), Failure> {
+    let step = options.output.iter().find(|file| file.format == Format::Step);
+    match (options.method.unwrap_or(Method::Auto), step) {
+        (Method::Auto | Method::Apatch, None) => {
+            refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            outputs::check_a_patches(&options.output, options.cells)
+        }
+        (Method::Apatch, Some(file)) => Err(Failure::Unfit(format!(
+            "{}: a STEP file can't hold A-patches; --method spline and --method auto make what it can hold",
+            file.path.display()
+        ))),
+        // The place for splines over meshes.
+        (Method::Auto | Method::Spline, _) => Err(Failure::MeshSpline(path.to_owned())),
+    }
+}
+
+type Given = (&'static str, bool);
+
+/// The options that only a mesh takes.
+fn of_meshes(options: &FitOptions) -> [Given; 4] {
+    [
+        ("--normals", options.normals.is_some()),
+        ("--gradient-lengths", options.gradient_lengths.is_some()),
+        ("--crease-angle", options.crease_angle.is_some()),
+        ("--free", options.free.is_some()),
+    ]
+}
+
+/// The options that only a formula takes.
+fn of_formulas(options: &FitOptions) -> [Given; 7] {
+    [
+        ("--box", options.bounds.is_some()),
+        ("--level", options.level.is_some()),
+        ("--faces", options.faces.is_some()),
+        ("--tol", options.tol.is_some()),
+        ("--set", !options.set.is_empty()),
+        ("--base", options.base.is_some()),
+        ("--base-method", options.base_method.is_some()),
+    ]
+}
+
+fn refuse(options: &[Given], what_for: &str) -> Result<(), Failure> {
+    match options.iter().find(|(_, given)| *given) {
+        Some((name, _)) => Err(Failure::Unfit(format!("{name} is {what_for}"))),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,81 @@
+//! `isopatch fit`: a formula or a mesh to files.
+
+mod formula;
+mod free;
+mod mesh;
+mod method;
+
+use crate::arguments::{Fit, FitOptions};
+use crate::config;
+use crate::failure::{Failure, print};
+use crate::input::Source;
+use crate::interrupt::Writing;
+use crate::outputs::{self, Style, Written};
+use crate::progress::Progress;
+use crate::summary::summary;
+use isopatch::io::atomic::Outputs;
+use isopatch::io::native::NativeModel;
+use isopatch::report::Report;
+use std::path::Path;
+
+pub use free::FreeError;
+pub use mesh::describe;
+
+pub fn run(arguments: &Fit) -> Result<(), Failure> {
+    let options = match &arguments.config {
+        Some(path) => config::complete(&arguments.options, path)?,
+        None => arguments.options.clone(),
+    };
+    let source = Source::new(&arguments.input, &options.set)?;
+    method::check(&source, &options)?;
+    outputs::check(&options.output, options.report.as_deref())?;
+    if let Some(threads) = options.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
+        pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
+    }
+    match &source {
+        Source::Formula(input) => formula::run(&arguments.input, input, &options),
+        Source::Mesh(path) => mesh::run(path, &options),
+    }
+}
+
+fn style(options: &FitOptions) -> Style {
+    Style { resolution: options.resolution, cells: options.cells }
+}
+
+/// Writes the files and prints the summary.
+fn finish(
+    model: &NativeModel,
+    options: &FitOptions,
+    report: &mut Report,
+    progress: Progress,
+) -> Result<(), Failure> {
+    progress.stage("files");
+    let written = write(model, options, report)?;
+    drop(progress);
+    if !options.quiet {
+        print(&summary(report, &written));
+    }
+    Ok(())
+}
+
+/// Writes the files, then the report, which tells how long that took.
+fn write(model: &NativeModel, options: &FitOptions, report: &mut Report) -> Result<Vec<Written>, Failure> {
+    let writing = Writing::begin();
+    let mut outputs = Outputs::new();
+    let style = style(options);
+    let mut paths: Vec<&Path> = options.output.iter().map(|file| file.path.as_path()).collect();
+    let result =
+        report.seconds.measure("files", || outputs::write(model, &options.output, &style, &mut outputs));
+    if writing.interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    result?;
+    if let Some(path) = &options.report {
+        report.peak_memory_bytes = isopatch::report::peak_memory_bytes();
+        let json = report.to_json()?;
+        outputs.write(path, |out| Ok(std::io::Write::write_all(out, json.as_bytes())?))?;
+        paths.push(path);
+    }
+    outputs::commit(outputs, &writing, &paths)
+}

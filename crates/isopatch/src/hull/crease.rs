@@ -1,0 +1,117 @@
+//! The curves in which two faces meet at a sharp edge.
+
+use super::hermite::HermiteMesh;
+use super::problem::Reason;
+use crate::geom::{Point3, Vec3, angle_between};
+use crate::mesh::{EdgeId, HalfEdgeId, VertexId};
+
+/// The curve over a sharp edge: a cubic Bézier curve from its start to its end, which lies in the tangent planes of both of its
+/// faces at both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CreaseCurve {
+    /// Control points.
+    pub net: [Point3; 4],
+    /// Is it the edge itself?
+    pub is_straight: bool,
+}
+
+/// Normals with a smaller sine of the angle between them are the same: the crease ends there, and any direction in the tangent
+/// plane would do.
+const SAME_NORMAL: f64 = 1e-8;
+
+/// A curve that leaves the edge by a smaller angle (as the sine) is straight: what counts as zero for classes of edges, with
+/// the rounding of two normals and their cross product.
+const STRAIGHT: f64 = 1e-10;
+
+/// Direction of the crease where the normals on its two sides are n and m, towards `along` (a unit vector).
+///
+/// Their cross product; where they agree, `along` in the tangent plane.
+fn direction(n: Vec3, m: Vec3, along: &Vec3) -> Vec3 {
+    let [n, m] = [n.normalize(), m.normalize()];
+    let cross = n.cross(&m);
+    let tangent = if cross.norm() > SAME_NORMAL {
+        along.dot(&cross).signum() * cross
+    } else {
+        along - along.dot(&n) * n
+    };
+    tangent.try_normalize(0.0).unwrap_or(*along)
+}
+
+impl CreaseCurve {
+    /// Point where x is the weight of the start and z that of the end, x + z = 1.
+    #[inline]
+    pub fn point(&self, x: f64, z: f64) -> Point3 {
+        let [a, b, c, d] = &self.net;
+        if self.is_straight {
+            return x * a + z * d;
+        }
+        (x * x * x) * a + (3.0 * (x * x) * z) * b + (3.0 * x * (z * z)) * c + (z * z * z) * d
+    }
+
+    /// Derivative by z.
+    #[inline]
+    pub fn derivative(&self, x: f64, z: f64) -> Vec3 {
+        let [a, b, c, d] = &self.net;
+        if self.is_straight {
+            return d - a;
+        }
+        3.0 * ((x * x) * (b - a) + (2.0 * x * z) * (c - b) + (z * z) * (d - c))
+    }
+}
+
+impl HermiteMesh {
+    /// The curve over a sharp edge, in the direction of its half edge; none for other edges.
+    ///
+    /// A cubic Hermite curve. Where it leaves the edge by the angle φ its derivative has the length 2 |p_j − p_i| / (1 + cos φ),
+    /// which brings it within O(φ⁶) of an arc of a circle.
+    pub fn crease_curve(&self, e: EdgeId) -> Option<CreaseCurve> {
+        let ends = self.crease_corners(e)?;
+        let [p, q] = [ends[0][0], ends[1][0]].map(|h| self.positions()[self.mesh().origin(h).index()]);
+        let (length, along) = ((q - p).norm(), (q - p).normalize());
+        let tangents = ends.map(|[h, g]| direction(self.gradient(h), self.gradient(g), &along));
+        let is_straight = tangents.iter().all(|t| t.cross(&along).norm() <= STRAIGHT);
+        let [start, end] = tangents.map(|t| 2.0 / 3.0 * length / (1.0 + t.dot(&along)) * t);
+        Some(CreaseCurve { net: [p, p + start, q - end, q], is_straight })
+    }
+
+    /// The corners on the left and the right of a sharp edge, at its start and at its end.
+    fn crease_corners(&self, e: EdgeId) -> Option<[[HalfEdgeId; 2]; 2]> {
+        let [h, g] = self.pair(e).filter(|_| self.is_crease(e))?;
+        Some([[h, self.mesh().next(g)], [self.mesh().next(h), g]])
+    }
+}
+
+/// A crease may leave its edge by no more than this (radians, 75°).
+const WIDEST_TURN: f64 = 1.309;
+
+/// How far a crease may turn into a face, as a part of the angle of the face there, if one or if both edges there are creases.
+const TURN_INTO_FACE: [f64; 2] = [0.7, 0.4];
+
+/// How deep the control points of a crease may be over a face, as a part of the height of the face over the edge.
+const DEPTH_IN_FACE: f64 = 0.4;
+
+/// What is wrong with the curve over a sharp edge: the faces beside it would fold. With the end where it is.
+pub(super) fn fault(data: &HermiteMesh, e: EdgeId) -> Option<(VertexId, Reason)> {
+    let curve = data.crease_curve(e).filter(|curve| !curve.is_straight)?;
+    let (mesh, [h, g]) = (data.mesh(), data.pair(e)?);
+    let [p, b, c, q] = curve.net;
+    let ends = [
+        (mesh.origin(h), [p, b, q], [(h, mesh.prev(h)), (g, mesh.next(g))]),
+        (mesh.origin(g), [q, c, p], [(h, mesh.next(h)), (g, mesh.prev(g))]),
+    ];
+    let folds = |[p, b, q]: [Point3; 3], (h, beside): (HalfEdgeId, HalfEdgeId)| {
+        let third = data.positions()[mesh.origin(mesh.prev(h)).index()] - p;
+        let (edge, control) = (q - p, b - p);
+        let along = edge.normalize();
+        let into = third - third.dot(&along) * along;
+        let depth = control.dot(&into) / into.norm_squared();
+        let turn = (depth * into.norm()).atan2(control.dot(&along));
+        let part = TURN_INTO_FACE[usize::from(data.is_crease(mesh.edge(beside)))];
+        depth > DEPTH_IN_FACE || turn > part * angle_between(&edge, &third)
+    };
+    ends.into_iter().find_map(|(v, [p, b, q], sides)| {
+        let wide = angle_between(&(b - p), &(q - p)) > WIDEST_TURN;
+        let bad = wide || sides.into_iter().any(|side| folds([p, b, q], side));
+        bad.then_some((v, Reason::CreaseTurns))
+    })
+}

@@ -1,0 +1,102 @@
+//! How far points of a patch slide along the face on their way towards the apex.
+//!
+//! Where the surface goes through a face, points on one side of the crossing slide towards u, those on the other side towards v. The
+//! surface is smooth there, but its parametrisation by rays has a kink, and with low apexes small triangles across it turn
+//! over. That does not depend on how small they are, so it has to be avoided by the hull.
+
+use super::build::HullFace;
+use super::class::{Class, Side};
+use super::face::FaceFrame;
+use super::hermite::HermiteMesh;
+use crate::geom::Vec3;
+use crate::mesh::EdgeId;
+
+/// Rows of small triangles at a corner that are looked at.
+const ROWS: u32 = 4;
+
+/// Does a small triangle at a corner of a nonconvex face turn over?
+pub(super) fn corners_fold(frame: &FaceFrame, face: &HullFace) -> bool {
+    face.class == Class::Nonconvex && (0..3).any(|a| corner_folds(frame, face, a))
+}
+
+/// The same at corner a, with everything to first order: at y times the edge to b and z times the edge to c, the function is
+/// 3 (y e_ab + z e_ac) on the face and rises by 3 f_aau per unit towards the apex, so that points are on the tangent plane.
+fn corner_folds(frame: &FaceFrame, face: &HullFace, a: usize) -> bool {
+    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+    let (e_b, e_c) = (frame.e[a][b], frame.e[a][c]);
+    if e_b * e_c >= 0.0 {
+        return false;
+    }
+    let (to_b, to_c) = (frame.p[b] - frame.p[a], frame.p[c] - frame.p[a]);
+    let towards = Side::BOTH.map(|side| {
+        let apex = face.apexes[side.index()].map_or_else(Vec3::zeros, |apex| apex - frame.p[a]);
+        apex * (3.0 / apex.dot(&frame.n[a]))
+    });
+    let at = |[y, z]: [u32; 2]| {
+        let (y, z) = (f64::from(y), f64::from(z));
+        let value = y * e_b + z * e_c;
+        let side = if value > 0.0 { Side::Inner } else { Side::Outer };
+        y * to_b + z * to_c - value * towards[side.index()]
+    };
+    let turned = |triangle: [[u32; 2]; 3]| {
+        let [p, q, r] = triangle.map(at);
+        (q - p).cross(&(r - p)).dot(&frame.n[a]) <= 0.0
+    };
+    (0..ROWS).any(|y| {
+        (0..ROWS - y).any(|z| {
+            turned([[y, z], [y + 1, z], [y, z + 1]]) || turned([[y + 1, z], [y + 1, z + 1], [y, z + 1]])
+        })
+    })
+}
+
+/// Places across the patch over an edge that are looked at.
+const ACROSS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// Does the patch over a nonconvex edge turn over where it goes through the edge?
+///
+/// To first order the points at a distance ±1 along the edge are ±V(y) on the two sides, in one plane. A strip between two rows of
+/// points is not turned over, however the rows lie, if V_A × V_B′ and V_A′ × V_B point the right way (A before the crossing, B
+/// behind it).
+pub(super) fn crossing_folds(data: &HermiteMesh, faces: &[HullFace], e: EdgeId, class: Class) -> bool {
+    if class != Class::Nonconvex {
+        return false;
+    }
+    let Some(pair) = data.joint(e) else { return false };
+    let mesh = data.mesh();
+    let both = pair.map(|h| {
+        (FaceFrame::new(data.corners(mesh.face(h)), data.corner_gradients(mesh.face(h))), mesh.side(h))
+    });
+    let (left, k) = &both[0];
+    let [e_i, e_j] = left.on_edge(*k);
+    let (p, q) = (left.p[*k], left.p[(k + 1) % 3]);
+    // The function on the edge is 3 x z (e_i x + e_j z).
+    let z = e_i / (e_i - e_j);
+    let x = 1.0 - z;
+    let (crossing, along, slope) = (x * p + z * q, q - p, 3.0 * x * z * (e_j - e_i));
+    let rays = |side: Side| {
+        let [u_k, u_l] = [0, 1].map(|n| faces[mesh.face(pair[n]).index()].apexes[side.index()]);
+        let (u_k, u_l) = (u_k? - crossing, u_l? - crossing);
+        let rise = |n: usize, apex: Vec3| {
+            let (frame, k) = &both[n];
+            let layer1 = frame.layer1(side, &(crossing + apex));
+            let (start, end) = if n == 0 { (x, z) } else { (z, x) };
+            let mut at = [0.0; 3];
+            (at[*k], at[(k + 1) % 3]) = (start, end);
+            3.0 * layer1.value(at)
+        };
+        let (rise_k, rise_l) = (rise(0, u_k), rise(1, u_l));
+        let to_surface = -side.sign() * slope;
+        Some(ACROSS.map(|y| {
+            let (top, rise) = (y * u_k + (1.0 - y) * u_l, y * rise_k + (1.0 - y) * rise_l);
+            let moved = (u_k - u_l) / rise - (rise_k - rise_l) / (rise * rise) * top;
+            (along + to_surface / rise * top, to_surface * moved)
+        }))
+    };
+    let (Some(outer), Some(inner)) = (rays(Side::Outer), rays(Side::Inner)) else { return false };
+    let (before, behind) = if slope > 0.0 { (outer, inner) } else { (inner, outer) };
+    let normal = x * left.n[*k] + z * left.n[(k + 1) % 3];
+    before
+        .iter()
+        .zip(&behind)
+        .any(|((a, a_y), (b, b_y))| a.cross(b_y).dot(&normal) <= 0.0 || a_y.cross(b).dot(&normal) <= 0.0)
+}
