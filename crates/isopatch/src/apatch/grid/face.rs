@@ -1,0 +1,206 @@
+use super::GridOut;
+use crate::apatch::base::{Base, Terms};
+use crate::apatch::build::APatchFunction;
+use crate::apatch::lanes::{
+    self, Hit, LANES, Lane, Rays, dot, pick, product, quadratic, root, to_gradient,
+};
+use crate::hull::{Class, Side};
+use crate::mesh::FaceId;
+
+/// Parameters of points over a face with the factors of its coefficients.
+#[derive(Clone, Debug)]
+pub struct FaceTable {
+    points: Vec<[f64; 3]>,
+    chunks: Vec<FaceChunk>,
+}
+
+/// Factors for a lane of points, rational and split: of the nine data of the base, and in its derivatives.
+#[derive(Clone, Debug)]
+struct FaceChunk {
+    x: [Lane; 3],
+    base: [[Lane; 9]; 2],
+    base_d: [[[Lane; 9]; 3]; 2],
+}
+
+impl FaceTable {
+    /// For points with the given barycentric coordinates.
+    pub fn new(points: &[[f64; 3]]) -> Self {
+        let chunks = points.chunks(LANES).map(FaceChunk::new).collect();
+        Self { points: points.to_vec(), chunks }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// No points?
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Points of the patch over a face, and normals; NaN where a ray has no root.
+    ///
+    /// # Panics
+    /// If the slices of `out` are shorter than the table.
+    pub fn evaluate(&self, function: &APatchFunction, f: FaceId, out: &mut GridOut<'_>) {
+        if function.hull().faces()[f.index()].class == Class::Zero {
+            return self.evaluate_flat(function, f, out);
+        }
+        let patch = FacePatch::new(function, f, out.normals.is_some());
+        if !lanes::shoot(&patch, &self.chunks, self.len(), out) {
+            out.complete(self.len(), |i| function.shoot_face(f, self.points[i]));
+        }
+    }
+
+    /// A zero convex face is its own patch.
+    fn evaluate_flat(&self, function: &APatchFunction, f: FaceId, out: &mut GridOut<'_>) {
+        let p = function.hull().data().corners(f);
+        let normal = function.hull().face_frame(f).normal.normalize();
+        for (i, x) in self.points.iter().enumerate() {
+            out.set(i, x[0] * p[0] + x[1] * p[1] + x[2] * p[2], normal);
+        }
+    }
+}
+
+impl FaceChunk {
+    fn new(points: &[[f64; 3]]) -> Self {
+        let of = |split: bool, f: &dyn Fn(&Terms) -> f64| Lane::new(points, |x| f(&Base::terms(x, split)));
+        let both = [false, true];
+        Self {
+            x: std::array::from_fn(|c| Lane::new(points, |x| x[c])),
+            base: both.map(|split| std::array::from_fn(|n| of(split, &|terms| terms.0[n]))),
+            base_d: both.map(|split| {
+                std::array::from_fn(|c| std::array::from_fn(|n| of(split, &|terms| terms.1[c][n])))
+            }),
+        }
+    }
+}
+
+/// A face with all that its points need.
+struct FacePatch {
+    corners: [[f64; 3]; 3],
+    split: usize,
+    data: [f64; 9],
+    class: Class,
+    sides: [Option<FaceRay>; 2],
+}
+
+/// What the rays of one side need.
+struct FaceRay {
+    sign: [f64; 1],
+    apex: [f64; 3],
+    corner: [f64; 3],
+    /// Twice the coefficients.
+    edge: [f64; 3],
+    /// 2/3 q, and b/3: layer 2 is their sum.
+    q: [f64; 3],
+    /// b/3 and b.
+    b: [f64; 2],
+    to_gradient: [f64; 9],
+}
+
+impl FacePatch {
+    fn new(function: &APatchFunction, f: FaceId, normals: bool) -> Self {
+        let (hull, face) = (function.hull(), &function.faces()[f.index()]);
+        let corners = hull.data().corners(f);
+        let sides = Side::BOTH.map(|side| {
+            let cell = face.sides[side.index()].as_ref()?;
+            let apex = hull.faces()[f.index()].apexes[side.index()]?;
+            let b = function.free()[f.index()][side.index()];
+            let [p, q, r] = corners;
+            Some(FaceRay {
+                sign: [side.sign()],
+                apex: apex.into(),
+                corner: cell.layer1.corner,
+                edge: cell.layer1.edge.map(|f| 2.0 * f),
+                q: cell.q.map(|q| 2.0 / 3.0 * q),
+                b: [b / 3.0, b],
+                to_gradient: if normals { to_gradient(side, &[p, q, r, apex]) } else { [0.0; 9] },
+            })
+        });
+        let class = hull.faces()[f.index()].class;
+        let split = usize::from(face.base.split);
+        Self { corners: corners.map(Into::into), split, data: face.base.data(), class, sides }
+    }
+}
+
+impl FacePatch {
+    /// The derivative at the root t of ray i by coordinate C of the base.
+    ///
+    /// A function with a constant, because a loop of this size would not be unrolled, and so not become vectors.
+    #[inline(always)]
+    fn derivative<const C: usize>(
+        &self,
+        side: &FaceRay,
+        chunk: &FaceChunk,
+        at: [f64; 3],
+        t: f64,
+        i: usize,
+    ) -> f64 {
+        let (next, previous) = ((C + 1) % 3, (C + 2) % 3);
+        let FaceRay { sign: [sign], corner: u, edge: v, q, b: [third, _], .. } = side;
+        let d0 = sign * dot(&self.data, &chunk.base_d[self.split][C], i);
+        let d1 = 2.0 * u[C] * at[C] + v[C] * at[next] + v[previous] * at[previous];
+        quadratic(1.0 - t, t, [d0, 1.5 * d1, 3.0 * (third + q[C])])
+    }
+}
+
+impl Rays for FacePatch {
+    type Chunk = FaceChunk;
+    type Side = FaceRay;
+
+    fn class(&self) -> Class {
+        self.class
+    }
+
+    fn sides(&self) -> &[Option<FaceRay>; 2] {
+        &self.sides
+    }
+
+    #[inline(always)]
+    fn pick(first: bool, a: &FaceRay, b: &FaceRay) -> FaceRay {
+        FaceRay {
+            sign: pick(first, &a.sign, &b.sign),
+            apex: pick(first, &a.apex, &b.apex),
+            corner: pick(first, &a.corner, &b.corner),
+            edge: pick(first, &a.edge, &b.edge),
+            q: pick(first, &a.q, &b.q),
+            b: pick(first, &a.b, &b.b),
+            to_gradient: pick(first, &a.to_gradient, &b.to_gradient),
+        }
+    }
+
+    #[inline(always)]
+    fn base(&self, chunk: &FaceChunk, i: usize) -> f64 {
+        dot(&self.data, &chunk.base[self.split], i)
+    }
+
+    #[inline(always)]
+    fn shoot<const NORMALS: bool>(&self, side: &FaceRay, chunk: &FaceChunk, base: f64, i: usize) -> Hit {
+        let FaceRay { sign: [sign], apex, corner: u, edge: v, q, b: [third, b], to_gradient } = side;
+        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
+        let [x, y, z] = at;
+        let b1 = (u[0] * (x * x) + u[1] * (y * y) + u[2] * (z * z))
+            + (v[0] * (x * y) + v[1] * (y * z) + v[2] * (z * x));
+        let b2 = third + (q[0] * x + q[1] * y + q[2] * z);
+        let t = root([sign * base, b1, b2, *b]);
+        let p = &self.corners;
+        let mut point = [0.0; 3];
+        for c in 0..3 {
+            let on_face = x * p[0][c] + y * p[1][c] + z * p[2][c];
+            point[c] = on_face + t * (apex[c] - on_face);
+        }
+        if !NORMALS {
+            return Hit { point, t, gradient: [0.0; 3] };
+        }
+        let d = [
+            self.derivative::<0>(side, chunk, at, t, i),
+            self.derivative::<1>(side, chunk, at, t, i),
+            self.derivative::<2>(side, chunk, at, t, i),
+        ];
+        let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, *b]);
+        let gradient = product(to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]]);
+        Hit { point, t, gradient }
+    }
+}
