@@ -97,19 +97,18 @@ pub fn to_gradient(side: Side, corners: &[Point3; 4]) -> [f64; 9] {
     std::array::from_fn(|n| side.sign() * inverse[(n / 3, n % 3)])
 }
 
-/// What a ray gives: a point with its parameter, or NaN, and the gradient if that is wanted.
+/// What a ray gives: a point with its parameter, or NaN.
 pub struct Hit {
     /// The point.
     pub point: [f64; 3],
     /// Parameter of the ray.
     pub t: f64,
-    /// Gradient of the function, of any length.
-    pub gradient: [f64; 3],
 }
 
 /// A patch with all that its rays need.
 ///
-/// Everything is inlined into loops over a lane: a call in them would keep the compiler from making vectors.
+/// Everything is inlined into loops over a lane: a call in them would keep the compiler from making vectors, and so would a
+/// loop in them that is too large to be unrolled.
 pub trait Rays {
     /// What a table holds for a lane of rays.
     type Chunk;
@@ -129,7 +128,10 @@ pub trait Rays {
     fn base(&self, chunk: &Self::Chunk, i: usize) -> f64;
 
     /// Ray i with the given layer 0 on a side.
-    fn shoot<const NORMALS: bool>(&self, side: &Self::Side, chunk: &Self::Chunk, base: f64, i: usize) -> Hit;
+    fn shoot(&self, side: &Self::Side, chunk: &Self::Chunk, base: f64, i: usize) -> Hit;
+
+    /// Gradient of the function, of any length, at the parameter t of ray i.
+    fn gradient(&self, side: &Self::Side, chunk: &Self::Chunk, t: f64, i: usize) -> [f64; 3];
 }
 
 /// Points and normals of a lane of rays, and whether all rays have a root.
@@ -139,24 +141,45 @@ struct Found {
     complete: bool,
 }
 
-impl Found {
-    #[inline(always)]
-    fn set<const NORMALS: bool>(&mut self, i: usize, hit: &Hit) {
-        let set = |lanes: &mut [Lane; 3], [x, y, z]: [f64; 3]| {
-            let [to_x, to_y, to_z] = lanes;
-            (to_x.0[i], to_y.0[i], to_z.0[i]) = (x, y, z);
+/// Shoots a lane of rays to the first side, or if `MIXED` each to the side where it has its surface.
+#[inline(always)]
+fn on<R: Rays, const NORMALS: bool, const MIXED: bool>(
+    rays: &R,
+    sides: [&R::Side; 2],
+    chunk: &R::Chunk,
+    base: &[f64; LANES],
+) -> Found {
+    // Local arrays: the compiler knows that nothing else points to them.
+    let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let mut missing = 0u64;
+    for i in 0..LANES {
+        let picked;
+        let side = if MIXED {
+            picked = R::pick(base[i] <= 0.0, sides[0], sides[1]);
+            &picked
+        } else {
+            sides[0]
         };
-        set(&mut self.points, hit.point);
+        let hit = rays.shoot(side, chunk, base[i], i);
+        missing |= u64::from(hit.t.is_nan());
+        points[0][i] = hit.point[0];
+        points[1][i] = hit.point[1];
+        points[2][i] = hit.point[2];
         if NORMALS {
-            let [x, y, z] = hit.gradient;
+            let [x, y, z] = rays.gradient(side, chunk, hit.t, i);
             let shrink = 1.0 / (x * x + y * y + z * z).sqrt();
-            set(&mut self.normals, [shrink * x, shrink * y, shrink * z]);
+            normals[0][i] = shrink * x;
+            normals[1][i] = shrink * y;
+            normals[2][i] = shrink * z;
         }
     }
+    Found { points: points.map(Lane), normals: normals.map(Lane), complete: missing == 0 }
+}
 
-    /// Shoots a lane of rays to the side where each has its surface.
+impl Found {
+    /// Shoots a lane of rays to where each has its surface.
     #[inline(always)]
-    fn shoot<R: Rays, const NORMALS: bool>(&mut self, rays: &R, chunk: &R::Chunk) {
+    fn shoot<R: Rays, const NORMALS: bool>(rays: &R, chunk: &R::Chunk) -> Self {
         let mut base = [0.0; LANES];
         let (mut above, mut below) = (0u64, 0u64);
         for i in 0..LANES {
@@ -164,40 +187,23 @@ impl Found {
             above |= u64::from(base[i] > 0.0);
             below |= u64::from(base[i] < 0.0);
         }
-        let side = match (rays.class(), above > 0, below > 0) {
-            (Class::Positive, ..) | (Class::Nonconvex, false, _) => Some(Side::Outer),
-            (Class::Negative, ..) | (Class::Nonconvex, _, false) => Some(Side::Inner),
-            _ => None,
-        };
-        let sides = rays.sides();
-        let mut missing = 0u64;
-        match (side, sides) {
-            (Some(side), _) => {
-                let Some(side) = &sides[side.index()] else { return self.fail() };
-                for i in 0..LANES {
-                    let hit = rays.shoot::<NORMALS>(side, chunk, base[i], i);
-                    missing |= u64::from(hit.t.is_nan());
-                    self.set::<NORMALS>(i, &hit);
-                }
+        let [outer, inner] = rays.sides();
+        match (rays.class(), above > 0, below > 0, outer, inner) {
+            (Class::Positive, _, _, Some(side), _)
+            | (Class::Nonconvex, false, _, Some(side), _)
+            | (Class::Negative, _, _, _, Some(side))
+            | (Class::Nonconvex, true, false, _, Some(side)) => {
+                on::<R, NORMALS, false>(rays, [side, side], chunk, &base)
             }
-            // The surface goes through the base here: every ray has its own side.
-            (None, [Some(outer), Some(inner)]) => {
-                for i in 0..LANES {
-                    let side = R::pick(base[i] <= 0.0, outer, inner);
-                    let hit = rays.shoot::<NORMALS>(&side, chunk, base[i], i);
-                    missing |= u64::from(hit.t.is_nan());
-                    self.set::<NORMALS>(i, &hit);
-                }
+            // The surface goes through the base here.
+            (Class::Nonconvex, true, true, Some(outer), Some(inner)) => {
+                on::<R, NORMALS, true>(rays, [outer, inner], chunk, &base)
             }
-            _ => return self.fail(),
+            _ => {
+                let nothing = [Lane([f64::NAN; LANES]); 3];
+                Self { points: nothing, normals: nothing, complete: false }
+            }
         }
-        self.complete &= missing == 0;
-    }
-
-    #[inline(always)]
-    fn fail(&mut self) {
-        self.points = [Lane([f64::NAN; LANES]); 3];
-        self.complete = false;
     }
 }
 
@@ -211,15 +217,15 @@ struct Run<'a, 'b, R: Rays> {
 impl<R: Rays> Run<'_, '_, R> {
     #[inline(always)]
     fn all<const NORMALS: bool>(self) -> bool {
-        let nothing = [Lane([0.0; LANES]); 3];
-        let mut found = Found { points: nothing, normals: nothing, complete: true };
+        let mut complete = true;
         for (n, chunk) in self.chunks.iter().enumerate() {
-            found.shoot::<R, NORMALS>(self.rays, chunk);
+            let found = Found::shoot::<R, NORMALS>(self.rays, chunk);
+            complete &= found.complete;
             let start = n * LANES;
             let used = LANES.min(self.count - start);
-            self.out.put(start, used, &found.points, NORMALS.then_some(&found.normals));
+            self.out.put::<NORMALS>(start, used, &found.points, &found.normals);
         }
-        found.complete
+        complete
     }
 }
 
@@ -264,7 +270,9 @@ mod tests {
     #[test]
     fn other_signs_have_no_root() {
         assert_eq!(root([0.0, 1.0, 1.0, 1.0]), 0.0);
-        for b in [[1.0, 1.0, 1.0, 1.0], [-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]] {
+        for b in
+            [[1.0, 1.0, 1.0, 1.0], [-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]]
+        {
             assert!(root(b).is_nan(), "{b:?}");
         }
         assert!(root([f64::NAN, 1.0, 1.0, 1.0]).is_nan());

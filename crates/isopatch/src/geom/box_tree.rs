@@ -147,10 +147,14 @@ mod tests {
         for n in 0..50 {
             let p = Point3::new(at(n, 0.2), at(n, 0.3), at(n, 0.9));
             let mut visited = 0;
-            let smallest = tree.search(|b| b.distance_squared(&p), f64::INFINITY, |n, limit| {
-                visited += 1;
-                limit.min((points[n] - p).norm_squared())
-            });
+            let smallest = tree.search(
+                |b| b.distance_squared(&p),
+                f64::INFINITY,
+                |n, limit| {
+                    visited += 1;
+                    limit.min((points[n] - p).norm_squared())
+                },
+            );
             let wanted = points.iter().map(|q| (q - p).norm_squared()).fold(f64::INFINITY, f64::min);
             assert_eq!(smallest, wanted);
             assert!(visited < 60, "{visited}");

@@ -4,7 +4,7 @@ use crate::geom::{Aabb, Point3, Vec3};
 use crate::surface::{PatchId, Sample};
 
 /// How often a part is quartered before its root is looked for whatever its shape.
-const MAX_DEPTH: usize = 12;
+const MAX_DEPTH: usize = 7;
 /// A part can have one root only if, seen along the ray, no normal at its corners and its middle is steeper than this …
 const STEEPEST: f64 = 0.15;
 /// … and none makes a larger angle with another one (cosine).

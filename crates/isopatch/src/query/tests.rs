@@ -80,7 +80,8 @@ impl Facets {
     fn cube() -> Self {
         let corners = Aabb::new(Point3::repeat(-1.0), Point3::repeat(1.0)).corners();
         let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let faces: Vec<[u32; 3]> = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        let faces: Vec<[u32; 3]> =
+            quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
         Self::new(&corners, &faces)
     }
 }
@@ -283,8 +284,7 @@ fn a_torus_is_crossed_as_often_as_its_triangles() {
 fn inside_of_a_torus() {
     let surface = surface(torus([24, 16]));
     let query = query(&surface);
-    let points: Vec<Point3> =
-        (0..600).map(|n| noise3(n).component_mul(&Vec3::new(1.6, 1.6, 0.6))).collect();
+    let points: Vec<Point3> = (0..600).map(|n| noise3(n).component_mul(&Vec3::new(1.6, 1.6, 0.6))).collect();
     let volume = surface.volume().unwrap();
     for (p, inside) in points.iter().zip(query.are_inside(&points)) {
         let distance = (p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.4;
@@ -382,9 +382,10 @@ fn answers_do_not_depend_on_the_tree() {
 fn the_bunny_agrees_with_its_triangles() {
     let Some(data) = from_file("npm_bunny.off") else { return };
     let diagonal = data.diagonal();
-    let (low, high) = data.positions().iter().fold((data.positions()[0], data.positions()[0]), |(l, h), p| {
-        (l.inf(p), h.sup(p))
-    });
+    let (low, high) = data
+        .positions()
+        .iter()
+        .fold((data.positions()[0], data.positions()[0]), |(l, h), p| (l.inf(p), h.sup(p)));
     let surface = surface(data);
     let query = query(&surface);
     let fine = triangles(&surface, 4, 2);

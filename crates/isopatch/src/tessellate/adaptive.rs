@@ -109,10 +109,7 @@ pub fn resolution_for(surface: &dyn Surface, diagonal: f64, tolerance: f64) -> A
         error = with(intervals);
     }
     let [along, across] = intervals;
-    AdaptedResolution {
-        resolution: APatchResolution { along, across },
-        error: error.largest() / diagonal,
-    }
+    AdaptedResolution { resolution: APatchResolution { along, across }, error: error.largest() / diagonal }
 }
 
 /// Chord errors of a patch on a lattice with n intervals, or a grid with n × m.
@@ -182,7 +179,11 @@ mod tests {
     }
 
     /// Largest distance of the centroids of triangles and the midpoints of their edges.
-    fn error(surface: &APatchSurface, resolution: APatchResolution, distance: impl Fn(&Point3) -> f64) -> f64 {
+    fn error(
+        surface: &APatchSurface,
+        resolution: APatchResolution,
+        distance: impl Fn(&Point3) -> f64,
+    ) -> f64 {
         let mesh = tessellate_a_patches(surface, resolution).unwrap();
         let mut worst: f64 = 0.0;
         for t in &mesh.triangles {
@@ -208,8 +209,14 @@ mod tests {
                 assert!(found.error <= tolerance, "{found:?}");
                 let reached = error(surface, found.resolution, distance);
                 // The centroid of a triangle is 4/3 as far from a sphere as the midpoints of its edges.
-                assert!(reached <= 4.0 / 3.0 * tolerance * diagonal + own, "{tolerance}: {reached:e} {found:?}");
-                assert!(found.error > tolerance / 8.0 || found.resolution.along < 4, "{tolerance}: {found:?}");
+                assert!(
+                    reached <= 4.0 / 3.0 * tolerance * diagonal + own,
+                    "{tolerance}: {reached:e} {found:?}"
+                );
+                assert!(
+                    found.error > tolerance / 8.0 || found.resolution.along < 4,
+                    "{tolerance}: {found:?}"
+                );
             }
         }
     }

@@ -97,6 +97,30 @@ struct EdgeRay {
     to_gradient: [f64; 9],
 }
 
+/// The parts of layers 1 to 3 that go with powers of the weights of the right and the left apex.
+struct EdgeLayers {
+    first: [f64; 2],
+    second: [f64; 3],
+    third: [f64; 2],
+}
+
+impl EdgeRay {
+    #[inline(always)]
+    fn layers(&self, x: f64, z: f64, y: f64) -> EdgeLayers {
+        let (left, right, w) = (&self.left, &self.right, 1.0 - y);
+        let [f_1002, f_2001] = self.far;
+        let mean = y * along(&self.b, x, z) + w * along(&self.a, x, z);
+        EdgeLayers {
+            first: [right.layer1(x, z), left.layer1(x, z)],
+            second: [along(&right.layer2, x, z), mean, along(&left.layer2, x, z)],
+            third: [
+                quadratic(w, y, [right.b[0], f_2001, f_1002]),
+                quadratic(w, y, [f_2001, f_1002, left.b[0]]),
+            ],
+        }
+    }
+}
+
 /// An edge with all that its points need.
 struct EdgePatch {
     class: Class,
@@ -186,40 +210,39 @@ impl Rays for EdgePatch {
     }
 
     #[inline(always)]
-    fn shoot<const NORMALS: bool>(&self, side: &EdgeRay, chunk: &[Lane; 3], base: f64, i: usize) -> Hit {
-        let EdgeRay { sign: [sign], apexes: [u_l, u_k], left, right, b, a, far, to_gradient } = side;
+    fn shoot(&self, side: &EdgeRay, chunk: &[Lane; 3], base: f64, i: usize) -> Hit {
         let [x, z, y] = [chunk[0].0[i], chunk[1].0[i], chunk[2].0[i]];
         let w = 1.0 - y;
-        let (left1, right1) = (left.layer1(x, z), right.layer1(x, z));
-        let (left2, right2) = (along(&left.layer2, x, z), along(&right.layer2, x, z));
-        let (b_x, a_x) = (along(b, x, z), along(a, x, z));
-        let mean = y * b_x + w * a_x;
-        let [f_1002, f_2001] = *far;
-        let third_right = quadratic(w, y, [right.b[0], f_2001, f_1002]);
-        let third_left = quadratic(w, y, [f_2001, f_1002, left.b[0]]);
+        let EdgeLayers { first: [right1, left1], second: [right2, mean, left2], third } =
+            side.layers(x, z, y);
         let t = root([
-            sign * base,
+            side.sign[0] * base,
             y * left1 + w * right1,
             quadratic(w, y, [right2, mean, left2]),
-            w * third_right + y * third_left,
+            w * third[0] + y * third[1],
         ]);
-        let [p_i, p_j] = &self.ends;
+        let ([p_i, p_j], [u_l, u_k]) = (&self.ends, &side.apexes);
         let mut point = [0.0; 3];
         for c in 0..3 {
             let (on_edge, top) = (x * p_i[c] + z * p_j[c], y * u_k[c] + w * u_l[c]);
             point[c] = on_edge + t * (top - on_edge);
         }
-        if !NORMALS {
-            return Hit { point, t, gradient: [0.0; 3] };
-        }
-        let r = 1.0 - t;
+        Hit { point, t }
+    }
+
+    #[inline(always)]
+    fn gradient(&self, side: &EdgeRay, chunk: &[Lane; 3], t: f64, i: usize) -> [f64; 3] {
+        let [x, z, y] = [chunk[0].0[i], chunk[1].0[i], chunk[2].0[i]];
+        let (r, w) = (1.0 - t, 1.0 - y);
+        let EdgeLayers { first: [right1, left1], second: [right2, mean, left2], third } =
+            side.layers(x, z, y);
+        let (b, a) = (along(&side.b, x, z), along(&side.a, x, z));
+        let to_right = w * right2 + y * (mean + w * (a - mean));
+        let to_left = y * left2 + w * (mean + y * (b - mean));
+        let by_right = 3.0 * quadratic(r, t, [right1, to_right, third[0]]);
+        let by_left = 3.0 * quadratic(r, t, [left1, to_left, third[1]]);
         let by_start = self.derivative::<0>(side, [x, z, y], t);
         let by_end = self.derivative::<1>(side, [x, z, y], t);
-        let to_right = w * right2 + y * (mean + w * (a_x - mean));
-        let to_left = y * left2 + w * (mean + y * (b_x - mean));
-        let by_right = 3.0 * quadratic(r, t, [right1, to_right, third_right]);
-        let by_left = 3.0 * quadratic(r, t, [left1, to_left, third_left]);
-        let d = [by_start - by_right, by_end - by_right, by_left - by_right];
-        Hit { point, t, gradient: product(to_gradient, d) }
+        product(&side.to_gradient, [by_start - by_right, by_end - by_right, by_left - by_right])
     }
 }

@@ -1,9 +1,7 @@
 use super::GridOut;
 use crate::apatch::base::{Base, Terms};
 use crate::apatch::build::APatchFunction;
-use crate::apatch::lanes::{
-    self, Hit, LANES, Lane, Rays, dot, pick, product, quadratic, root, to_gradient,
-};
+use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, dot, pick, product, quadratic, root, to_gradient};
 use crate::hull::{Class, Side};
 use crate::mesh::FaceId;
 
@@ -11,21 +9,23 @@ use crate::mesh::FaceId;
 #[derive(Clone, Debug)]
 pub struct FaceTable {
     points: Vec<[f64; 3]>,
-    chunks: Vec<FaceChunk>,
+    /// For rational and for split faces.
+    chunks: [Vec<FaceChunk>; 2],
 }
 
-/// Factors for a lane of points, rational and split: of the nine data of the base, and in its derivatives.
+/// Factors for a lane of points: of the nine data of the base, and in its derivatives.
 #[derive(Clone, Debug)]
 struct FaceChunk {
     x: [Lane; 3],
-    base: [[Lane; 9]; 2],
-    base_d: [[[Lane; 9]; 3]; 2],
+    base: [Lane; 9],
+    base_d: [[Lane; 9]; 3],
 }
 
 impl FaceTable {
     /// For points with the given barycentric coordinates.
     pub fn new(points: &[[f64; 3]]) -> Self {
-        let chunks = points.chunks(LANES).map(FaceChunk::new).collect();
+        let chunks = [false, true]
+            .map(|split| points.chunks(LANES).map(|points| FaceChunk::new(points, split)).collect());
         Self { points: points.to_vec(), chunks }
     }
 
@@ -48,7 +48,8 @@ impl FaceTable {
             return self.evaluate_flat(function, f, out);
         }
         let patch = FacePatch::new(function, f, out.normals.is_some());
-        if !lanes::shoot(&patch, &self.chunks, self.len(), out) {
+        let chunks = &self.chunks[usize::from(function.faces()[f.index()].base.split)];
+        if !lanes::shoot(&patch, chunks, self.len(), out) {
             out.complete(self.len(), |i| function.shoot_face(f, self.points[i]));
         }
     }
@@ -64,15 +65,12 @@ impl FaceTable {
 }
 
 impl FaceChunk {
-    fn new(points: &[[f64; 3]]) -> Self {
-        let of = |split: bool, f: &dyn Fn(&Terms) -> f64| Lane::new(points, |x| f(&Base::terms(x, split)));
-        let both = [false, true];
+    fn new(points: &[[f64; 3]], split: bool) -> Self {
+        let of = |f: &dyn Fn(&Terms) -> f64| Lane::new(points, |x| f(&Base::terms(x, split)));
         Self {
             x: std::array::from_fn(|c| Lane::new(points, |x| x[c])),
-            base: both.map(|split| std::array::from_fn(|n| of(split, &|terms| terms.0[n]))),
-            base_d: both.map(|split| {
-                std::array::from_fn(|c| std::array::from_fn(|n| of(split, &|terms| terms.1[c][n])))
-            }),
+            base: std::array::from_fn(|n| of(&|terms| terms.0[n])),
+            base_d: std::array::from_fn(|c| std::array::from_fn(|n| of(&|terms| terms.1[c][n]))),
         }
     }
 }
@@ -80,7 +78,6 @@ impl FaceChunk {
 /// A face with all that its points need.
 struct FacePatch {
     corners: [[f64; 3]; 3],
-    split: usize,
     data: [f64; 9],
     class: Class,
     sides: [Option<FaceRay>; 2],
@@ -120,8 +117,18 @@ impl FacePatch {
             })
         });
         let class = hull.faces()[f.index()].class;
-        let split = usize::from(face.base.split);
-        Self { corners: corners.map(Into::into), split, data: face.base.data(), class, sides }
+        Self { corners: corners.map(Into::into), data: face.base.data(), class, sides }
+    }
+}
+
+impl FaceRay {
+    /// Layers 1 and 2 over a point of the face.
+    #[inline(always)]
+    fn layers(&self, [x, y, z]: [f64; 3]) -> [f64; 2] {
+        let (u, v, q) = (&self.corner, &self.edge, &self.q);
+        let b1 = (u[0] * (x * x) + u[1] * (y * y) + u[2] * (z * z))
+            + (v[0] * (x * y) + v[1] * (y * z) + v[2] * (z * x));
+        [b1, self.b[0] + (q[0] * x + q[1] * y + q[2] * z)]
     }
 }
 
@@ -140,7 +147,7 @@ impl FacePatch {
     ) -> f64 {
         let (next, previous) = ((C + 1) % 3, (C + 2) % 3);
         let FaceRay { sign: [sign], corner: u, edge: v, q, b: [third, _], .. } = side;
-        let d0 = sign * dot(&self.data, &chunk.base_d[self.split][C], i);
+        let d0 = sign * dot(&self.data, &chunk.base_d[C], i);
         let d1 = 2.0 * u[C] * at[C] + v[C] * at[next] + v[previous] * at[previous];
         quadratic(1.0 - t, t, [d0, 1.5 * d1, 3.0 * (third + q[C])])
     }
@@ -173,34 +180,33 @@ impl Rays for FacePatch {
 
     #[inline(always)]
     fn base(&self, chunk: &FaceChunk, i: usize) -> f64 {
-        dot(&self.data, &chunk.base[self.split], i)
+        dot(&self.data, &chunk.base, i)
     }
 
     #[inline(always)]
-    fn shoot<const NORMALS: bool>(&self, side: &FaceRay, chunk: &FaceChunk, base: f64, i: usize) -> Hit {
-        let FaceRay { sign: [sign], apex, corner: u, edge: v, q, b: [third, b], to_gradient } = side;
-        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
-        let [x, y, z] = at;
-        let b1 = (u[0] * (x * x) + u[1] * (y * y) + u[2] * (z * z))
-            + (v[0] * (x * y) + v[1] * (y * z) + v[2] * (z * x));
-        let b2 = third + (q[0] * x + q[1] * y + q[2] * z);
-        let t = root([sign * base, b1, b2, *b]);
+    fn shoot(&self, side: &FaceRay, chunk: &FaceChunk, base: f64, i: usize) -> Hit {
+        let [x, y, z] = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
+        let [b1, b2] = side.layers([x, y, z]);
+        let t = root([side.sign[0] * base, b1, b2, side.b[1]]);
         let p = &self.corners;
         let mut point = [0.0; 3];
         for c in 0..3 {
             let on_face = x * p[0][c] + y * p[1][c] + z * p[2][c];
-            point[c] = on_face + t * (apex[c] - on_face);
+            point[c] = on_face + t * (side.apex[c] - on_face);
         }
-        if !NORMALS {
-            return Hit { point, t, gradient: [0.0; 3] };
-        }
+        Hit { point, t }
+    }
+
+    #[inline(always)]
+    fn gradient(&self, side: &FaceRay, chunk: &FaceChunk, t: f64, i: usize) -> [f64; 3] {
+        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
+        let [b1, b2] = side.layers(at);
         let d = [
             self.derivative::<0>(side, chunk, at, t, i),
             self.derivative::<1>(side, chunk, at, t, i),
             self.derivative::<2>(side, chunk, at, t, i),
         ];
-        let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, *b]);
-        let gradient = product(to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]]);
-        Hit { point, t, gradient }
+        let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, side.b[1]]);
+        product(&side.to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]])
     }
 }

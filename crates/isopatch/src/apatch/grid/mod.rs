@@ -20,22 +20,30 @@ pub struct GridOut<'a> {
     pub normals: Option<PointsMut<'a>>,
 }
 
+#[inline(always)]
+fn copy(out: &mut PointsMut<'_>, at: usize, used: usize, from: &[Lane; 3]) {
+    for (out, from) in [&mut *out.x, &mut *out.y, &mut *out.z].into_iter().zip(from) {
+        // A copy of fixed length is an instruction, one of any length a call.
+        match out[at..].first_chunk_mut::<LANES>() {
+            Some(out) if used == LANES => *out = from.0,
+            _ => out[at..at + used].copy_from_slice(&from.0[..used]),
+        }
+    }
+}
+
 impl GridOut<'_> {
     /// The first `used` of a lane.
     #[inline(always)]
-    pub(super) fn put(&mut self, at: usize, used: usize, points: &[Lane; 3], normals: Option<&[Lane; 3]>) {
-        let copy = |out: &mut PointsMut<'_>, from: &[Lane; 3]| {
-            for (out, from) in [&mut *out.x, &mut *out.y, &mut *out.z].into_iter().zip(from) {
-                // A copy of fixed length is an instruction, one of any length a call.
-                match out[at..].first_chunk_mut::<LANES>() {
-                    Some(out) if used == LANES => *out = from.0,
-                    _ => out[at..at + used].copy_from_slice(&from.0[..used]),
-                }
-            }
-        };
-        copy(&mut self.points, points);
-        if let (Some(out), Some(normals)) = (&mut self.normals, normals) {
-            copy(out, normals);
+    pub(super) fn put<const NORMALS: bool>(
+        &mut self,
+        at: usize,
+        used: usize,
+        points: &[Lane; 3],
+        normals: &[Lane; 3],
+    ) {
+        copy(&mut self.points, at, used, points);
+        if NORMALS && let Some(out) = &mut self.normals {
+            copy(out, at, used, normals);
         }
     }
 
