@@ -241,7 +241,18 @@ impl<R: Rays> NullaryFnOnce for Run<'_, '_, R> {
 /// Shoots `count` rays in lanes with the widest vectors of the machine. Points that were not found are NaN; says whether there
 /// are none.
 pub fn shoot<R: Rays>(rays: &R, chunks: &[R::Chunk], count: usize, out: &mut GridOut<'_>) -> bool {
-    Arch::new().dispatch(Run { rays, chunks, count, out })
+    shoot_with(Arch::new(), rays, chunks, count, out)
+}
+
+/// The same with given vectors.
+pub(super) fn shoot_with<R: Rays>(
+    vectors: Arch,
+    rays: &R,
+    chunks: &[R::Chunk],
+    count: usize,
+    out: &mut GridOut<'_>,
+) -> bool {
+    vectors.dispatch(Run { rays, chunks, count, out })
 }
 
 #[cfg(test)]

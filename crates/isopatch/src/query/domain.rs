@@ -40,17 +40,7 @@ pub(super) fn contains(polygon: &[Uv], p: Uv, slack: f64) -> bool {
     })
 }
 
-/// The largest part s ≤ 1 of a step from a point of a domain that does not leave it.
-pub(super) fn longest(domain: Domain, from: Uv, step: Uv) -> f64 {
-    let polygon = corners(domain);
-    (0..polygon.len()).fold(1.0, |s, i| {
-        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-        let (here, there) = (area(a, b, from).max(0.0), area(a, b, [from[0] + step[0], from[1] + step[1]]));
-        if there < 0.0 { s.min(here / (here - there)) } else { s }
-    })
-}
-
-/// The nearest point of a domain to one that rounding has put outside.
+/// A point of the domain near one that may be outside.
 pub(super) fn clamped(domain: Domain, [u, v]: Uv) -> Uv {
     let u = u.clamp(0.0, 1.0);
     match domain {
@@ -129,10 +119,10 @@ mod tests {
     }
 
     #[test]
-    fn steps_end_at_the_border() {
-        assert_eq!(longest(Domain::Triangle, [0.25, 0.25], [1.0, 0.0]), 0.5);
-        assert_eq!(longest(Domain::Square, [0.25, 0.25], [1.0, 0.0]), 0.75);
-        assert_eq!(longest(Domain::Square, [0.25, 0.0], [0.0, -1.0]), 0.0);
-        assert_eq!(longest(Domain::Square, [0.25, 0.25], [0.5, 0.5]), 1.0);
+    fn points_outside_are_clamped() {
+        assert_eq!(clamped(Domain::Triangle, [0.25, 0.25]), [0.25, 0.25]);
+        assert_eq!(clamped(Domain::Triangle, [0.75, 0.5]), [0.75, 0.25]);
+        assert_eq!(clamped(Domain::Triangle, [-1.0, 2.0]), [0.0, 1.0]);
+        assert_eq!(clamped(Domain::Square, [0.75, 1.5]), [0.75, 1.0]);
     }
 }

@@ -14,11 +14,15 @@ const DIRECTIONS: [[f64; 3]; 7] = [
 ];
 /// Hits that are steeper than this (cosine) are doubtful: the ray may only touch the surface.
 const STEEP: f64 = 1e-3;
+/// Below this part of the diagonal, the nearest point of the surface is asked first …
+const NEAR: f64 = 1e-4;
+/// … and its normal decides if the point lies along it (cosine), which it does not next to sharp edges.
+const ALONG: f64 = 0.999;
 
 impl SurfaceQuery<'_> {
     /// Is the point inside the closed surface? None if it is not finite, or if the surface is open and its volume does not know.
     ///
-    /// A ray from the point leaves the solid first if the point is inside, and enters it first if not. In the list of all its
+    /// The normal at the nearest point decides for points close to smooth parts of the surface. Elsewhere, a ray from the point leaves the solid first if the point is inside, and enters it first if not. In the list of all its
     /// hits, entering and leaving take turns, and the last one leaves: if it is not so, or a hit is nearly tangential, another
     /// ray is asked. If all rays are doubtful, the normal at the nearest point decides.
     pub fn is_inside(&self, p: &Point3) -> Option<bool> {
@@ -30,6 +34,13 @@ impl SurfaceQuery<'_> {
         }
         if !self.bounds.contains(p) {
             return Some(false);
+        }
+        if let Some(nearest) = self.nearest_within(p, NEAR * self.bounds.diagonal()) {
+            let normal = self.surface.sample(nearest.patch, nearest.uv).normal;
+            let height = (p - nearest.point).dot(&normal);
+            if height.abs() > ALONG * nearest.distance {
+                return Some(height < 0.0);
+            }
         }
         let by_ray = DIRECTIONS.iter().find_map(|direction| {
             let ray = Ray { origin: *p, direction: Vec3::from(*direction) };

@@ -14,6 +14,10 @@ const PARAMETER_ROUNDING: f64 = 1e-14;
 const DIFFERENCE: f64 = 1e-6;
 /// A step is taken if the squared distance falls by this part of what its slope promises; a parabola has a half.
 const SUFFICIENT_DECREASE: f64 = 0.1;
+/// Steps below this are in the reach of quadratic convergence, where the fall is lost in the rounding of the squared distance,
+/// relative to it as given here.
+const TRUSTED: f64 = 1e-5;
+const FALL_ROUNDING: f64 = 1e-14;
 /// What makes the matrix of a degenerate point definite, relative to its trace.
 const REGULAR: f64 = 1e-10;
 
@@ -84,8 +88,8 @@ impl SurfaceQuery<'_> {
                 let next = domain::clamped(domain, [uv[0] + s * step[0], uv[1] + s * step[1]]);
                 let sample = surface.sample(patch, next);
                 let value = (sample.point - p).norm_squared();
-                // Near the minimum the fall is lost in rounding.
-                let allowed = squared + SUFFICIENT_DECREASE * s * slope + 4.0 * f64::EPSILON * squared;
+                let rounding = if size < TRUSTED { FALL_ROUNDING * squared } else { 0.0 };
+                let allowed = squared + SUFFICIENT_DECREASE * s * slope + rounding;
                 (value <= allowed).then_some((next, sample, value))
             });
             let Some(next) = shorter else { break };

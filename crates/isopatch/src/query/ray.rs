@@ -10,9 +10,12 @@ const STEEPEST: f64 = 0.15;
 /// … and none makes a larger angle with another one (cosine).
 const WIDEST: f64 = 0.6;
 /// Steps of Newton's method for a root.
-const MAX_STEPS: usize = 30;
+const MAX_STEPS: usize = 60;
 /// The last step of Newton's method, in parameters: the next one would be its square.
 const SETTLED: f64 = 1e-9;
+/// Part of the way to the border that a step goes which would cross it: on the border itself a side that has shrunk to a point
+/// leaves no way back.
+const TO_BORDER: f64 = 0.9;
 /// A root outside of a part by this much of its height counts: neighbours leave no gap between them.
 const SLACK: f64 = 1e-8;
 /// Hits in the same sense closer than this part of the diagonal are one: two sheets have a hit in the other sense between them.
@@ -198,14 +201,17 @@ impl SurfaceQuery<'_> {
             if !size.is_finite() {
                 return Root::Lost;
             }
-            let s = domain::longest(domain, uv, step);
-            let next = domain::clamped(domain, [uv[0] + s * step[0], uv[1] + s * step[1]]);
+            let wanted = [uv[0] + step[0], uv[1] + step[1]];
+            let clamped = domain::clamped(domain, wanted);
+            // A step out of the domain slides along its border.
+            let s = if clamped == wanted || size <= SETTLED { 1.0 } else { TO_BORDER };
+            let next = [0, 1].map(|c| uv[c] + s * (clamped[c] - uv[c]));
             if size <= SETTLED {
                 let at = self.surface.sample(patch, next);
                 let distance = (at.point - line.origin).dot(&line.direction);
                 return Root::At(RayHit { patch, uv: next, point: at.point, normal: at.normal, distance });
             }
-            if next == uv {
+            if (next[0] - uv[0]).abs().max((next[1] - uv[1]).abs()) <= SETTLED {
                 return Root::Outside;
             }
             uv = next;

@@ -210,3 +210,35 @@ impl Rays for FacePatch {
         product(&side.to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::apatch::{APatchOptions, build};
+    use crate::bernstein::triangle;
+    use crate::geom::Points;
+    use crate::hull::test_meshes::{perturbed, torus};
+    use crate::hull::{self, HullOptions};
+    use pulp::Arch;
+
+    #[test]
+    fn the_width_of_vectors_does_not_change_a_bit() {
+        for data in [perturbed(0.1, 0.3), torus([16, 10])] {
+            let function = build(hull::build(data, &HullOptions::default()), &APatchOptions::default());
+            let table = FaceTable::new(&triangle::lattice(7));
+            for f in function.hull().data().mesh().faces() {
+                let patch = FacePatch::new(&function, f, true);
+                let chunks = &table.chunks[usize::from(function.faces()[f.index()].base.split)];
+                let [narrow, wide] = [Arch::Scalar, Arch::new()].map(|vectors| {
+                    let mut found = [Points::zeros(table.len()), Points::zeros(table.len())];
+                    let [points, normals] = &mut found;
+                    let mut out = GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) };
+                    lanes::shoot_with(vectors, &patch, chunks, table.len(), &mut out);
+                    let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                    found.map(|p| [bits(&p.x), bits(&p.y), bits(&p.z)])
+                });
+                assert_eq!(narrow, wide, "{f:?}");
+            }
+        }
+    }
+}
