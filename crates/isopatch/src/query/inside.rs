@@ -10,7 +10,7 @@ const DIRECTIONS: [[f64; 3]; 7] = [
     [-0.3849, -0.4967, -0.7779],
     [0.8729, 0.2182, -0.4364],
     [-0.1543, 0.9258, -0.3450],
-    [0.7071, -0.3162, -0.6325],
+    [0.7053, -0.3188, -0.6332],
 ];
 /// Hits that are steeper than this (cosine) are doubtful: the ray may only touch the surface.
 const STEEP: f64 = 1e-3;
@@ -58,7 +58,7 @@ impl SurfaceQuery<'_> {
 fn verdict(hits: &[RayHit], direction: &Vec3) -> Option<bool> {
     let cosines = || hits.iter().map(|hit| hit.normal.dot(direction));
     let turns = cosines().zip(cosines().skip(1)).all(|(a, b)| (a > 0.0) != (b > 0.0));
-    let steep = cosines().any(|cosine| !(cosine.abs() > STEEP));
+    let steep = cosines().any(|cosine| cosine.is_nan() || cosine.abs() <= STEEP);
     let leaves_last = hits.last().is_none_or(|hit| hit.normal.dot(direction) > 0.0);
     (turns && !steep && leaves_last).then(|| hits.first().is_some_and(|hit| hit.normal.dot(direction) > 0.0))
 }
