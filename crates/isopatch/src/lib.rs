@@ -84,6 +84,7 @@ pub mod io;
 pub mod mesh;
 pub mod network;
 pub mod numeric;
+pub mod query;
 pub mod recipes;
 pub mod report;
 pub mod spline;

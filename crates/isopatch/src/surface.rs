@@ -1,5 +1,6 @@
 //! What a smooth surface made of patches is, whatever method made it; traits and small value types only.
 
+use crate::bernstein::restrict::over_triangle;
 use crate::geom::{Aabb, Point3, Points, PointsMut, PointsView, Vec3};
 
 /// Number of a patch in its surface, from 0.
@@ -130,6 +131,18 @@ pub trait Surface: Send + Sync {
 
     /// A box around a patch.
     fn bounds(&self, patch: PatchId) -> Aabb;
+
+    /// A box around the part of a patch over a triangle of its parameter domain. Searches rely on it: it must hold every point
+    /// of the part. The default is the box of the control net of the part, or of the patch where there is none.
+    fn part_bounds(&self, patch: PatchId, triangle: [[f64; 2]; 3]) -> Aabb {
+        match self.form(patch) {
+            PatchForm::BezierTriangle { degree, net } => {
+                let corners = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
+                Aabb::around(&over_triangle(degree, net, &corners))
+            }
+            PatchForm::APatch => self.bounds(patch),
+        }
+    }
 
     /// The function behind the surface, if there is one.
     fn volume(&self) -> Option<&dyn Volume> {

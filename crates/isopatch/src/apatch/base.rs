@@ -100,7 +100,7 @@ impl Base {
     }
 
     /// Coefficients at the centroid of the split: with two, one and no index at a corner (the edges' are `middle`).
-    fn split_net(&self) -> ([f64; 3], [f64; 3], f64) {
+    pub(super) fn split_net(&self) -> ([f64; 3], [f64; 3], f64) {
         let corner = [0, 1, 2].map(|a: usize| (self.e[a][(a + 1) % 3] + self.e[a][(a + 2) % 3]) / 3.0);
         let inner = [0, 1, 2].map(|a: usize| (corner[a] + self.middle[a] + self.middle[(a + 2) % 3]) / 3.0);
         (corner, inner, inner.iter().sum::<f64>() / 3.0)

@@ -1,111 +1,292 @@
-//! Four rays at a time: roots, points and normals.
+//! Rays in lanes: loops of fixed length over plain numbers, which the compiler makes vector instructions of.
+//!
+//! There are only operations that IEEE 754 defines, one lane apart from the other, and products and sums are not contracted: the
+//! width of the vectors is the machine's choice and does not change a bit.
 
-use crate::geom::{Mat3, Point3, Vec3};
-use crate::hull::Side;
-use wide::f64x4;
+use super::grid::GridOut;
+use crate::geom::{Mat3, Point3};
+use crate::hull::{Class, Side};
+use pulp::{Arch, NullaryFnOnce};
 
-/// Rays that are computed together.
-pub const LANES: usize = 4;
+/// Rays that are computed together: a vector of the widest machines.
+pub const LANES: usize = 8;
 
 /// One number for each of [`LANES`] rays.
-pub type Lane = f64x4;
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub struct Lane(pub [f64; LANES]);
 
-/// Steps of Newton's method for a root.
-const STEPS: usize = 4;
+/// The last step of [`root`] relative to the root, below which the root has all its digits: a step leaves the fourth power of
+/// the error.
+const SETTLED: f64 = 1e-4;
 
-/// The last step relative to the root, below which the root has all its digits: errors are squared by a step.
-const SETTLED: f64 = 3e-8;
-
-/// The numbers of a run of points in lanes, the last one repeated to fill them.
-pub fn lane(points: &[[f64; 3]], f: impl Fn([f64; 3]) -> f64) -> Lane {
-    Lane::new(std::array::from_fn(|i| f(points[i.min(points.len() - 1)])))
-}
-
-/// The same number in all lanes.
-#[inline(always)]
-pub fn all(x: f64) -> Lane {
-    Lane::splat(x)
-}
-
-/// Roots s = t/(1 − t) of cubics with the given layers, as [`crate::bernstein::cubic::simple_root`] finds them. None unless all
-/// have the signs (−, +, +, +), or start at zero, and have settled.
-#[inline(always)]
-pub fn roots(b: &[Lane; 4]) -> Option<Lane> {
-    let (c1, c2) = (all(3.0) * b[1], all(3.0) * b[2]);
-    let mut s = all(-2.0) * b[0] / (c1 + (c1 * c1 - all(4.0) * (b[0] * c2)).sqrt());
-    let mut last = s;
-    let (d3, d2) = (all(3.0) * b[3], all(2.0) * c2);
-    for _ in 0..STEPS {
-        last = s;
-        let value = ((b[3] * s + c2) * s + c1) * s + b[0];
-        let slope = (d3 * s + d2) * s + c1;
-        s -= value / slope;
+impl Lane {
+    /// The numbers of a run of points, the last one repeated to fill the lane.
+    pub fn new(points: &[[f64; 3]], f: impl Fn([f64; 3]) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(points[i.min(points.len() - 1)])))
     }
-    let zero = all(0.0);
-    let signs = b[0].simd_le(zero) & b[1].simd_gt(zero) & b[2].simd_ge(zero) & b[3].simd_gt(zero);
-    let settled = (last - s).abs().simd_le(all(SETTLED) * s);
-    (signs & settled).all().then_some(s)
 }
 
-/// Are any of the numbers positive, and any negative?
+/// A row of a table times a patch's numbers, for ray i.
 #[inline(always)]
-pub fn signs(x: Lane) -> (bool, bool) {
-    (x.simd_gt(all(0.0)).any(), all(0.0).simd_gt(x).any())
+pub fn dot<const N: usize>(a: &[f64; N], b: &[Lane; N], i: usize) -> f64 {
+    let mut sum = a[0] * b[0].0[i];
+    for n in 1..N {
+        sum += a[n] * b[n].0[i];
+    }
+    sum
 }
 
-/// The points on rays from q to w, as (q + s w)/(1 + s) = q + t (w − q), and t.
+/// One or the other of two rows.
 #[inline(always)]
-pub fn points(base: [Lane; 3], top: [Lane; 3], s: Lane) -> ([Lane; 3], Lane) {
-    let t = s / (all(1.0) + s);
-    (std::array::from_fn(|c| base[c] + t * (top[c] - base[c])), t)
+pub fn pick<const N: usize>(first: bool, a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+    let mut picked = *b;
+    for n in 0..N {
+        picked[n] = if first { a[n] } else { b[n] };
+    }
+    picked
+}
+
+/// The root t of the cubic with the given layers, for the signs (−, +, +, +) or a start at zero; NaN for other signs, or if two
+/// steps were not enough.
+///
+/// The start in s = t/(1 − t) is the root of the first three terms, as in [`crate::bernstein::cubic::simple_root`]. A step of
+/// Householder's method of order four costs one division, as one of Newton's does, and two of them do what takes four of
+/// those; the division of the second is left for t itself.
+#[inline(always)]
+pub fn root(b: [f64; 4]) -> f64 {
+    let (c1, c2) = (3.0 * b[1], 3.0 * b[2]);
+    let start = -2.0 * b[0] / (c1 + (c1 * c1 - 4.0 * (b[0] * c2)).sqrt());
+    let (n, d) = step([b[0], c1, c2, b[3]], start);
+    let s = start - n / d;
+    let (n, d) = step([b[0], c1, c2, b[3]], s);
+    let top = s * d - n;
+    let t = top / (top + d);
+    let signs = (b[0] <= 0.0) & (b[1] > 0.0) & (b[2] >= 0.0) & (b[3] > 0.0);
+    if signs & (n.abs() <= SETTLED * (s * d)) { t } else { f64::NAN }
+}
+
+/// Numerator and denominator of what Householder's method of order four takes from s, for the polynomial with coefficients c.
+#[inline(always)]
+fn step(c: [f64; 4], s: f64) -> (f64, f64) {
+    let value = ((c[3] * s + c[2]) * s + c[1]) * s + c[0];
+    let slope = (3.0 * c[3] * s + 2.0 * c[2]) * s + c[1];
+    // Half the second derivative; a sixth of the third is the last coefficient.
+    let bend = 3.0 * c[3] * s + c[2];
+    let g = slope * slope - value * bend;
+    (value * g, slope * (g - value * bend) + value * value * c[3])
 }
 
 /// The value of a polynomial in r = 1 − t and t with the binomial factors 1, 2, 1 left out.
 #[inline(always)]
-pub fn quadratic(r: Lane, t: Lane, [a, b, c]: [Lane; 3]) -> Lane {
-    r * (r * a + all(2.0) * (t * b)) + t * t * c
+pub fn quadratic(r: f64, t: f64, [a, b, c]: [f64; 3]) -> f64 {
+    r * (r * a + 2.0 * (t * b)) + t * t * c
 }
 
-/// From derivatives by the barycentric coordinates of a cell to unit normals.
-pub struct Normals {
-    inverse: [[Lane; 3]; 3],
+/// A matrix in rows times a vector.
+#[inline(always)]
+pub fn product(m: &[f64; 9], v: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = v;
+    [m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z]
 }
 
-impl Normals {
-    /// For the function times the sign of the side.
-    pub fn new(side: Side, corners: &[Point3; 4]) -> Self {
-        let edges = [1, 2, 3].map(|c| (corners[c] - corners[0]).transpose());
-        let inverse = Mat3::from_rows(&edges).try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
-        Self { inverse: [0, 1, 2].map(|r| [0, 1, 2].map(|c| all(side.sign() * inverse[(r, c)]))) }
+/// What takes derivatives by the barycentric coordinates of a cell to gradients, for the function times the sign of the side.
+pub fn to_gradient(side: Side, corners: &[Point3; 4]) -> [f64; 9] {
+    let edges = [1, 2, 3].map(|c| (corners[c] - corners[0]).transpose());
+    let inverse = Mat3::from_rows(&edges).try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
+    std::array::from_fn(|n| side.sign() * inverse[(n / 3, n % 3)])
+}
+
+/// What a ray gives: a point with its parameter, or NaN.
+pub struct Hit {
+    /// The point.
+    pub point: [f64; 3],
+    /// Parameter of the ray.
+    pub t: f64,
+}
+
+/// A patch with all that its rays need.
+///
+/// Everything is inlined into loops over a lane: a call in them would keep the compiler from making vectors, and so would a
+/// loop in them that is too large to be unrolled.
+pub trait Rays {
+    /// What a table holds for a lane of rays.
+    type Chunk;
+    /// What the rays of one side need.
+    type Side;
+
+    /// The class of the face or edge.
+    fn class(&self) -> Class;
+
+    /// The outer and the inner side, where there is a cell.
+    fn sides(&self) -> &[Option<Self::Side>; 2];
+
+    /// The first side where `first`, else the second one.
+    fn pick(first: bool, a: &Self::Side, b: &Self::Side) -> Self::Side;
+
+    /// Layer 0 of ray i, in the sign of the function.
+    fn base(&self, chunk: &Self::Chunk, i: usize) -> f64;
+
+    /// Ray i with the given layer 0 on a side.
+    fn shoot(&self, side: &Self::Side, chunk: &Self::Chunk, base: f64, i: usize) -> Hit;
+
+    /// Gradient of the function, of any length, at the parameter t of ray i.
+    fn gradient(&self, side: &Self::Side, chunk: &Self::Chunk, t: f64, i: usize) -> [f64; 3];
+}
+
+/// Points and normals of a lane of rays, and whether all rays have a root.
+struct Found {
+    points: [Lane; 3],
+    normals: [Lane; 3],
+    complete: bool,
+}
+
+/// Shoots a lane of rays to the first side, or if `MIXED` each to the side where it has its surface.
+#[inline(always)]
+fn on<R: Rays, const NORMALS: bool, const MIXED: bool>(
+    rays: &R,
+    sides: [&R::Side; 2],
+    chunk: &R::Chunk,
+    base: &[f64; LANES],
+) -> Found {
+    // Local arrays: the compiler knows that nothing else points to them.
+    let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let mut missing = 0u64;
+    for i in 0..LANES {
+        let picked;
+        let side = if MIXED {
+            picked = R::pick(base[i] <= 0.0, sides[0], sides[1]);
+            &picked
+        } else {
+            sides[0]
+        };
+        let hit = rays.shoot(side, chunk, base[i], i);
+        missing |= u64::from(hit.t.is_nan());
+        points[0][i] = hit.point[0];
+        points[1][i] = hit.point[1];
+        points[2][i] = hit.point[2];
+        if NORMALS {
+            let [x, y, z] = rays.gradient(side, chunk, hit.t, i);
+            let shrink = 1.0 / (x * x + y * y + z * z).sqrt();
+            normals[0][i] = shrink * x;
+            normals[1][i] = shrink * y;
+            normals[2][i] = shrink * z;
+        }
     }
+    Found { points: points.map(Lane), normals: normals.map(Lane), complete: missing == 0 }
+}
 
-    /// The normals.
+impl Found {
+    /// Shoots a lane of rays to where each has its surface.
     #[inline(always)]
-    pub fn of(&self, d: [Lane; 4]) -> [Lane; 3] {
-        let e = [d[1] - d[0], d[2] - d[0], d[3] - d[0]];
-        let g = self.inverse.map(|m| m[0] * e[0] + m[1] * e[1] + m[2] * e[2]);
-        let length = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).sqrt();
-        g.map(|g| g / length)
+    fn shoot<R: Rays, const NORMALS: bool>(rays: &R, chunk: &R::Chunk) -> Self {
+        let mut base = [0.0; LANES];
+        let (mut above, mut below) = (0u64, 0u64);
+        for i in 0..LANES {
+            base[i] = rays.base(chunk, i);
+            above |= u64::from(base[i] > 0.0);
+            below |= u64::from(base[i] < 0.0);
+        }
+        let [outer, inner] = rays.sides();
+        match (rays.class(), above > 0, below > 0, outer, inner) {
+            (Class::Positive, _, _, Some(side), _)
+            | (Class::Nonconvex, false, _, Some(side), _)
+            | (Class::Negative, _, _, _, Some(side))
+            | (Class::Nonconvex, true, false, _, Some(side)) => {
+                on::<R, NORMALS, false>(rays, [side, side], chunk, &base)
+            }
+            // The surface goes through the base here.
+            (Class::Nonconvex, true, true, Some(outer), Some(inner)) => {
+                on::<R, NORMALS, true>(rays, [outer, inner], chunk, &base)
+            }
+            _ => {
+                let nothing = [Lane([f64::NAN; LANES]); 3];
+                Self { points: nothing, normals: nothing, complete: false }
+            }
+        }
     }
 }
 
-/// What lanes give: points, and normals if they are wanted.
-pub struct Found {
-    /// Positions.
-    pub points: [Lane; 3],
-    /// Unit normals.
-    pub normals: Option<[Lane; 3]>,
+struct Run<'a, 'b, R: Rays> {
+    rays: &'a R,
+    chunks: &'a [R::Chunk],
+    count: usize,
+    out: &'a mut GridOut<'b>,
 }
 
-/// The outer result where the base is at most zero, the inner one elsewhere.
-pub fn select(base: Lane, outer: Found, inner: Found) -> Found {
-    let below = base.simd_le(all(0.0));
-    let pick = |a: [Lane; 3], b: [Lane; 3]| std::array::from_fn(|c| below.bitselect(a[c], b[c]));
-    let normals = outer.normals.zip(inner.normals).map(|(a, b)| pick(a, b));
-    Found { points: pick(outer.points, inner.points), normals }
+impl<R: Rays> Run<'_, '_, R> {
+    #[inline(always)]
+    fn all<const NORMALS: bool>(self) -> bool {
+        let mut complete = true;
+        for (n, chunk) in self.chunks.iter().enumerate() {
+            let found = Found::shoot::<R, NORMALS>(self.rays, chunk);
+            complete &= found.complete;
+            let start = n * LANES;
+            let used = LANES.min(self.count - start);
+            self.out.put::<NORMALS>(start, used, &found.points, &found.normals);
+        }
+        complete
+    }
 }
 
-/// The coordinates of a point in all lanes.
-pub fn splat(p: &Vec3) -> [Lane; 3] {
-    [p.x, p.y, p.z].map(all)
+impl<R: Rays> NullaryFnOnce for Run<'_, '_, R> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        if self.out.normals.is_some() { self.all::<true>() } else { self.all::<false>() }
+    }
+}
+
+/// Shoots `count` rays in lanes with the widest vectors of the machine. Points that were not found are NaN; says whether there
+/// are none.
+pub fn shoot<R: Rays>(rays: &R, chunks: &[R::Chunk], count: usize, out: &mut GridOut<'_>) -> bool {
+    shoot_with(Arch::new(), rays, chunks, count, out)
+}
+
+/// The same with given vectors.
+pub(super) fn shoot_with<R: Rays>(
+    vectors: Arch,
+    rays: &R,
+    chunks: &[R::Chunk],
+    count: usize,
+    out: &mut GridOut<'_>,
+) -> bool {
+    vectors.dispatch(Run { rays, chunks, count, out })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bernstein::cubic;
+
+    /// Layers as they occur: the square of the root's own size apart.
+    #[test]
+    fn roots_have_all_digits_or_are_nan() {
+        let (mut found, mut worst) = (0, 0.0f64);
+        let size = |n: usize, k: usize| 10.0f64.powf(1.5 * ((n * 4 + k) as f64 * 12.9898).sin());
+        for n in 0..20_000 {
+            let b = [-size(n, 0), size(n, 1), size(n, 2), size(n, 3)];
+            let t = root(b);
+            if !t.is_nan() {
+                found += 1;
+                let exact = cubic::simple_root(&b);
+                worst = worst.max((t - exact).abs() / exact);
+            }
+        }
+        assert!(worst < 3e-15, "{worst:e}");
+        assert!(found > 15_000, "{found}");
+    }
+
+    #[test]
+    fn other_signs_have_no_root() {
+        assert_eq!(root([0.0, 1.0, 1.0, 1.0]), 0.0);
+        for b in
+            [[1.0, 1.0, 1.0, 1.0], [-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]]
+        {
+            assert!(root(b).is_nan(), "{b:?}");
+        }
+        assert!(root([f64::NAN, 1.0, 1.0, 1.0]).is_nan());
+        assert!(root([-1.0, 1.0, f64::NAN, 1.0]).is_nan());
+    }
 }

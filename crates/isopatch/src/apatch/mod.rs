@@ -31,6 +31,7 @@ mod free;
 pub mod grid;
 mod lanes;
 mod locate;
+mod part;
 mod quadric;
 mod shoot;
 mod surface;

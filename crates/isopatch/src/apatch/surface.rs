@@ -190,6 +190,14 @@ impl Surface for APatchSurface {
         }
     }
 
+    fn part_bounds(&self, patch: PatchId, triangle: [[f64; 2]; 3]) -> Aabb {
+        match self.over(patch) {
+            Over::Face(f) if self.dips(f) => self.bounds(patch),
+            Over::Face(f) => self.function.face_part_bounds(f, triangle),
+            Over::Edge(e) => self.function.edge_part_bounds(e, triangle),
+        }
+    }
+
     fn volume(&self) -> Option<&dyn Volume> {
         Some(self)
     }

@@ -20,5 +20,6 @@ pub mod curve;
 pub mod energy;
 pub mod index;
 pub mod quads;
+pub mod restrict;
 pub mod tetrahedron;
 pub mod triangle;

@@ -82,6 +82,12 @@ impl Aabb {
         Self { min: self.min.add_scalar(-margin), max: self.max.add_scalar(margin) }
     }
 
+    /// Square of the distance from `p` to the nearest point of the box, 0 inside.
+    pub fn distance_squared(&self, p: &Point3) -> f64 {
+        let outside = |a: usize| (self.min[a] - p[a]).max(p[a] - self.max[a]).max(0.0);
+        outside(0).powi(2) + outside(1).powi(2) + outside(2).powi(2)
+    }
+
     /// The range of coordinate `axis` (0, 1 or 2).
     pub fn interval(&self, axis: usize) -> Interval {
         Interval { lo: self.min[axis], hi: self.max[axis] }

@@ -67,6 +67,49 @@ impl BoxTree {
             at += 1;
         }
     }
+
+    /// Branch and bound: calls `found` for boxes whose `bound` is below the limit, those in groups of lower bound first. `found`
+    /// takes the number of a box and the limit, and returns the new limit. A box within another one must not have the lower
+    /// bound; a bound that is not a number is never below.
+    pub fn search(
+        &self,
+        bound: impl Fn(&Aabb) -> f64,
+        limit: f64,
+        mut found: impl FnMut(usize, f64) -> f64,
+    ) -> f64 {
+        match self.nodes.first() {
+            Some(root) if bound(&root.bounds) < limit => self.descend(0, &bound, limit, &mut found),
+            _ => limit,
+        }
+    }
+
+    fn descend(
+        &self,
+        at: usize,
+        bound: &impl Fn(&Aabb) -> f64,
+        mut limit: f64,
+        found: &mut impl FnMut(usize, f64) -> f64,
+    ) -> f64 {
+        let Some(node) = self.nodes.get(at) else { return limit };
+        if node.after as usize == at + 1 {
+            for n in &self.order[node.range[0] as usize..node.range[1] as usize] {
+                if bound(&self.boxes[*n as usize]) < limit {
+                    limit = found(*n as usize, limit);
+                }
+            }
+            return limit;
+        }
+        let left = at + 1;
+        let right = self.nodes.get(left).map_or(left, |left| left.after as usize);
+        let bounds = [left, right].map(|n| self.nodes.get(n).map_or(f64::INFINITY, |n| bound(&n.bounds)));
+        let order = if bounds[1] < bounds[0] { [1, 0] } else { [0, 1] };
+        for n in order {
+            if bounds[n] < limit {
+                limit = self.descend([left, right][n], bound, limit, found);
+            }
+        }
+        limit
+    }
 }
 
 #[cfg(test)]
@@ -93,5 +136,29 @@ mod tests {
             assert_eq!(found, wanted);
         }
         BoxTree::new(&[]).visit(|_| true, |_| unreachable!());
+    }
+
+    #[test]
+    fn branch_and_bound_finds_the_smallest() {
+        let at = |n: usize, k: f64| ((n as f64 + k) * 78.233).sin();
+        let points: Vec<Point3> = (0..500).map(|n| Point3::new(at(n, 0.1), at(n, 0.4), at(n, 0.7))).collect();
+        let boxes: Vec<Aabb> = points.iter().map(|p| Aabb::new(*p, *p)).collect();
+        let tree = BoxTree::new(&boxes);
+        for n in 0..50 {
+            let p = Point3::new(at(n, 0.2), at(n, 0.3), at(n, 0.9));
+            let mut visited = 0;
+            let smallest = tree.search(
+                |b| b.distance_squared(&p),
+                f64::INFINITY,
+                |n, limit| {
+                    visited += 1;
+                    limit.min((points[n] - p).norm_squared())
+                },
+            );
+            let wanted = points.iter().map(|q| (q - p).norm_squared()).fold(f64::INFINITY, f64::min);
+            assert_eq!(smallest, wanted);
+            assert!(visited < 60, "{visited}");
+        }
+        assert_eq!(BoxTree::new(&[]).search(|_| 0.0, 7.0, |_, _| unreachable!()), 7.0);
     }
 }

@@ -4,12 +4,14 @@
 //! corners and seams; a tessellation is that lattice evaluated, so it has no cracks by construction.
 
 mod a_patches;
+mod adaptive;
 mod basis_table;
 mod crease_normals;
 mod shared_lattice;
 mod triangles;
 
 pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};
+pub use adaptive::{AdaptedResolution, resolution_for};
 pub use basis_table::BasisTable;
 pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
 pub(crate) use triangles::small_triangles;
