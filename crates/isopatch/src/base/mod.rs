@@ -24,6 +24,7 @@ mod corners;
 mod cover;
 mod decimate;
 mod error;
+mod estimate;
 mod given;
 mod local;
 mod marching;
@@ -62,6 +63,7 @@ pub use build::{BaseMethod, BaseOptions, BaseOutcome, Repair, base_from_seed, bu
 pub use clip::{BoxSide, BoxSides, Clip};
 pub use decimate::decimate;
 pub use error::BaseError;
+pub use estimate::{curvature_tensor, curvature_tensors};
 pub use given::from_mesh;
 pub use local::{Change, Draft, Part, part};
 pub use polygonize::{Polygonization, PolygonizeOptions, polygonize};

@@ -1,0 +1,92 @@
+//! Normals and curvature tensors at the vertices of a mesh, from the positions alone.
+
+use super::base_mesh::{BaseMesh, EdgeFeature};
+use crate::geom::{Mat3, Point3, Vec3};
+use crate::mesh::{HalfEdgeMesh, VertexId, normals};
+use nalgebra::{Matrix3, Vector3};
+
+/// Weight of what neighbouring normals say of the curvature against what positions say: they decide only what these leave
+/// open, such as the twist at a vertex of valence 4.
+const NORMAL_WEIGHT: f64 = 0.05;
+
+/// Unit vectors of a tangent plane.
+pub(crate) fn tangent_frame(normal: &Vec3) -> [Vec3; 2] {
+    let axis = normal.iamin();
+    let x = normal.cross(&Vec3::ith(axis, 1.0)).normalize();
+    [x, normal.cross(&x)]
+}
+
+/// The neighbours of a vertex, counter-clockwise; at a boundary from one end to the other.
+pub(crate) fn neighbours(mesh: &HalfEdgeMesh, v: VertexId) -> Vec<VertexId> {
+    let ring: Vec<_> = mesh.ring(v).collect();
+    let mut around: Vec<VertexId> = ring.iter().map(|h| mesh.dest(*h)).collect();
+    if let (true, Some(last)) = (mesh.is_boundary_vertex(v), ring.last()) {
+        around.push(mesh.origin(mesh.prev(*last)));
+    }
+    around
+}
+
+/// The curvature tensor at a vertex with unit normal `n` by least squares from its neighbours, each given by its offset
+/// d and its own unit normal.
+///
+/// The circle through the vertex, along its tangent plane, and a neighbour has the curvature k = 2 d·N / |d|²; Euler's
+/// theorem makes it tᵀ M t. The normal of a neighbour adds M d ≈ −ΔN, with little weight.
+pub fn curvature_tensor(n: &Vec3, neighbours: &[(Vec3, Vec3)]) -> Mat3 {
+    let [x, y] = tangent_frame(n);
+    let mut a = Matrix3::<f64>::zeros();
+    let mut b = Vector3::<f64>::zeros();
+    let mut add = |row: Vector3<f64>, value: f64, weight: f64| {
+        a += weight * row * row.transpose();
+        b += weight * value * row;
+    };
+    for (d, m) in neighbours {
+        let along = Vec3::new(d.dot(&x), d.dot(&y), 0.0);
+        let Some(t) = along.try_normalize(0.0) else { continue };
+        let (c, s) = (t.x, t.y);
+        add(Vector3::new(c * c, 2.0 * c * s, s * s), 2.0 * d.dot(n) / d.norm_squared(), 1.0);
+        let turn = (m - n) / -d.norm();
+        add(Vector3::new(c, s, 0.0), turn.dot(&x), NORMAL_WEIGHT);
+        add(Vector3::new(0.0, c, s), turn.dot(&y), NORMAL_WEIGHT);
+    }
+    let Some(k) = a.cholesky().map(|factor| factor.solve(&b)) else { return Mat3::zeros() };
+    k.x * x * x.transpose() + k.y * (x * y.transpose() + y * x.transpose()) + k.z * y * y.transpose()
+}
+
+/// Curvature tensors at all vertices for given unit normals.
+pub fn curvature_tensors(mesh: &HalfEdgeMesh, positions: &[Point3], normals: &[Vec3]) -> Vec<Mat3> {
+    mesh.vertices()
+        .map(|v| {
+            let around: Vec<(Vec3, Vec3)> = neighbours(mesh, v)
+                .into_iter()
+                .map(|w| (positions[w.index()] - positions[v.index()], normals[w.index()]))
+                .collect();
+            curvature_tensor(&normals[v.index()], &around)
+        })
+        .collect()
+}
+
+impl BaseMesh {
+    /// A base mesh with normals and curvature tensors estimated from the positions.
+    pub fn estimated(mesh: HalfEdgeMesh, positions: Vec<Point3>) -> Self {
+        let normals = normals::sphere_exact(&mesh, &positions);
+        let curvatures = curvature_tensors(&mesh, &positions, &normals);
+        Self::from_parts(mesh, positions, normals, curvatures)
+    }
+
+    /// A base mesh with the given normals and curvature tensors, open where the mesh is.
+    pub fn from_parts(
+        mesh: HalfEdgeMesh,
+        positions: Vec<Point3>,
+        normals: Vec<Vec3>,
+        curvatures: Vec<Mat3>,
+    ) -> Self {
+        let features = mesh
+            .edges()
+            .map(|e| match mesh.twin(mesh.edge_half_edge(e)) {
+                Some(_) => EdgeFeature::Smooth,
+                None => EdgeFeature::Boundary,
+            })
+            .collect();
+        Self { mesh, positions, normals, curvatures, features, clip: None, frozen_diagonal: None }
+    }
+}
