@@ -15,7 +15,10 @@ fn main() {
         for f in &p.faces { for i in 2..f.len() { faces.push([f[0], f[i-1], f[i]]); } }
         let he = HalfEdgeMesh::from_faces(p.positions.len(), &faces).unwrap();
         let start = Instant::now();
-        let base = BaseMesh::estimated(he, p.positions);
+        let mut base = BaseMesh::estimated(he, p.positions);
+        let var = |n: &str, d: f64| std::env::var(n).map_or(d, |v| v.parse().unwrap());
+        let w = isopatch::base::Weights { epsilon: var("EPS", 1e-3), prior: var("PRIOR", 1e-3), sweeps: var("SWEEPS", 20.) as usize };
+        if w.sweeps > 0 { base.curvatures = isopatch::base::compatible_curvatures(&base, &w); }
         let invisible = base.mesh.faces().filter(|f| { let t = base.mesh.triangle(*f); let q = t.map(|v| base.positions[v.index()]);
             let n = (q[1]-q[0]).cross(&(q[2]-q[0])); t.iter().any(|v| n.dot(&base.normals[v.index()]) <= 0.0) }).count();
         let curves = interpolate_edges(&base, &CurveOptions::default());

@@ -26,42 +26,54 @@ pub(crate) fn neighbours(mesh: &HalfEdgeMesh, v: VertexId) -> Vec<VertexId> {
     around
 }
 
-/// The curvature tensor at a vertex with unit normal `n` by least squares from its neighbours, each given by its offset
-/// d and its own unit normal.
+/// Normal equations for the curvature tensor at a vertex, as (xx, xy, yy) in its tangent frame.
 ///
 /// The circle through the vertex, along its tangent plane, and a neighbour has the curvature k = 2 d·N / |d|²; Euler's
 /// theorem makes it tᵀ M t. The normal of a neighbour adds M d ≈ −ΔN, with little weight.
-pub fn curvature_tensor(n: &Vec3, neighbours: &[(Vec3, Vec3)]) -> Mat3 {
-    let [x, y] = tangent_frame(n);
-    let mut a = Matrix3::<f64>::zeros();
-    let mut b = Vector3::<f64>::zeros();
-    let mut add = |row: Vector3<f64>, value: f64, weight: f64| {
-        a += weight * row * row.transpose();
-        b += weight * value * row;
-    };
-    for (d, m) in neighbours {
-        let along = Vec3::new(d.dot(&x), d.dot(&y), 0.0);
-        let Some(t) = along.try_normalize(0.0) else { continue };
-        let (c, s) = (t.x, t.y);
-        add(Vector3::new(c * c, 2.0 * c * s, s * s), 2.0 * d.dot(n) / d.norm_squared(), 1.0);
-        let turn = (m - n) / -d.norm();
-        add(Vector3::new(c, s, 0.0), turn.dot(&x), NORMAL_WEIGHT);
-        add(Vector3::new(0.0, c, s), turn.dot(&y), NORMAL_WEIGHT);
+#[derive(Clone, Copy)]
+pub(super) struct TensorFit {
+    pub a: Matrix3<f64>,
+    pub b: Vector3<f64>,
+}
+
+impl TensorFit {
+    pub fn at(mesh: &HalfEdgeMesh, positions: &[Point3], normals: &[Vec3], v: VertexId) -> Self {
+        let n = &normals[v.index()];
+        let [x, y] = tangent_frame(n);
+        let mut a = Matrix3::<f64>::zeros();
+        let mut b = Vector3::<f64>::zeros();
+        let around = neighbours(mesh, v);
+        for w in around {
+            let (d, m) = (positions[w.index()] - positions[v.index()], normals[w.index()]);
+            let mut add = |row: Vector3<f64>, value: f64, weight: f64| {
+                let weight = weight * d.norm_squared();
+                a += weight * row * row.transpose();
+                b += weight * value * row;
+            };
+            let along = Vec3::new(d.dot(&x), d.dot(&y), 0.0);
+            let Some(t) = along.try_normalize(0.0) else { continue };
+            let (c, s) = (t.x, t.y);
+            add(Vector3::new(c * c, 2.0 * c * s, s * s), 2.0 * d.dot(n) / d.norm_squared(), 1.0);
+            let turn = (m - n) / -d.norm();
+            add(Vector3::new(c, s, 0.0), turn.dot(&x), NORMAL_WEIGHT);
+            add(Vector3::new(0.0, c, s), turn.dot(&y), NORMAL_WEIGHT);
+        }
+        Self { a, b }
     }
-    let Some(k) = a.cholesky().map(|factor| factor.solve(&b)) else { return Mat3::zeros() };
+
+    pub fn solve(&self) -> Vector3<f64> {
+        self.a.cholesky().map_or_else(Vector3::zeros, |factor| factor.solve(&self.b))
+    }
+}
+
+pub(super) fn tensor(k: &Vector3<f64>, [x, y]: &[Vec3; 2]) -> Mat3 {
     k.x * x * x.transpose() + k.y * (x * y.transpose() + y * x.transpose()) + k.z * y * y.transpose()
 }
 
 /// Curvature tensors at all vertices for given unit normals.
 pub fn curvature_tensors(mesh: &HalfEdgeMesh, positions: &[Point3], normals: &[Vec3]) -> Vec<Mat3> {
     mesh.vertices()
-        .map(|v| {
-            let around: Vec<(Vec3, Vec3)> = neighbours(mesh, v)
-                .into_iter()
-                .map(|w| (positions[w.index()] - positions[v.index()], normals[w.index()]))
-                .collect();
-            curvature_tensor(&normals[v.index()], &around)
-        })
+        .map(|v| tensor(&TensorFit::at(mesh, positions, normals, v).solve(), &tangent_frame(&normals[v.index()])))
         .collect()
 }
 
