@@ -118,6 +118,26 @@ pub struct Hull {
     edges: Vec<HullEdge>,
     problems: Vec<Problem>,
     moved_normals: Vec<VertexId>,
+    corners: Vec<Corner>,
+    added_creases: Vec<AddedCrease>,
+}
+
+/// A vertex that was given several normals, because no single one would do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corner {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// Why: what was wrong there, or at a face there.
+    pub reason: Reason,
+}
+
+/// An edge that was made a crease, because the surface cannot be smooth across it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AddedCrease {
+    /// The edge.
+    pub edge: EdgeId,
+    /// Why: what was wrong there, or at one of its ends.
+    pub reason: Reason,
 }
 
 impl Hull {
@@ -144,6 +164,16 @@ impl Hull {
     /// Vertices whose gradient was turned so that it sees the faces around it.
     pub fn moved_normals(&self) -> &[VertexId] {
         &self.moved_normals
+    }
+
+    /// Vertices that were given several normals so that no problem remains, in order. Those of tagged creases are not among them.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Edges that were made creases so that no problem remains, in order: those of the corners, and single ones.
+    pub fn added_creases(&self) -> &[AddedCrease] {
+        &self.added_creases
     }
 
     /// Faces that have a problem themselves or at one of their edges, in order.
@@ -209,6 +239,8 @@ pub(super) struct Builder<'a> {
     score: (usize, usize),
     given: Vec<Vec3>,
     journal: Vec<Change>,
+    pub corners: Vec<Corner>,
+    pub added_creases: Vec<AddedCrease>,
 }
 
 /// What was there before a change.
@@ -244,6 +276,8 @@ impl<'a> Builder<'a> {
             faces,
             given,
             journal: Vec::new(),
+            corners: Vec::new(),
+            added_creases: Vec::new(),
         };
         for f in 0..builder.faces.len() {
             builder.check_face(f.into());
@@ -409,7 +443,9 @@ impl<'a> Builder<'a> {
         default_direction(&self.frame(f), self.options)
     }
 
-    fn finish(self) -> Hull {
+    fn finish(mut self) -> Hull {
+        self.corners.sort_unstable_by_key(|corner| corner.vertex);
+        self.added_creases.sort_unstable_by_key(|crease| crease.edge);
         let mesh = self.data.mesh();
         let hidden = mesh.vertices().filter(|v| {
             repair::visibility(&self.data, *v, |h| self.data.gradient(h)).is_some_and(|least| least <= 0.0)
@@ -429,7 +465,15 @@ impl<'a> Builder<'a> {
         let moved =
             mesh.vertices().filter(|v| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h)));
         let moved_normals = moved.collect();
-        Hull { faces: self.faces, edges: self.edges, problems, moved_normals, data: self.data }
+        Hull {
+            faces: self.faces,
+            edges: self.edges,
+            problems,
+            moved_normals,
+            corners: self.corners,
+            added_creases: self.added_creases,
+            data: self.data,
+        }
     }
 }
 

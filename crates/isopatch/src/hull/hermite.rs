@@ -1,5 +1,5 @@
 use crate::geom::{Aabb, Point3, Vec3};
-use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId, creases};
 
 /// A triangle mesh with positions and gradients: what an A-patch function interpolates.
 ///
@@ -12,6 +12,8 @@ pub struct HermiteMesh {
     positions: Vec<Point3>,
     /// Gradient at the origin of each half edge.
     gradients: Vec<Vec3>,
+    /// Per edge: may the surface have a crease there?
+    sharp: Vec<bool>,
     diagonal: f64,
 }
 
@@ -42,8 +44,14 @@ pub enum HermiteError {
         /// The vertex.
         vertex: u32,
     },
-    /// Another number of positions or gradients than vertices.
-    #[error("{given} {what} are given for {wanted} vertices")]
+    /// Two corners between which there is no sharp edge have different gradients.
+    #[error("vertex {vertex} has several gradients where no sharp edge is")]
+    Sector {
+        /// The vertex.
+        vertex: u32,
+    },
+    /// Another number of positions, gradients or tags than there are vertices, corners or edges.
+    #[error("{given} {what} are given where {wanted} are needed")]
     Count {
         /// What is counted.
         what: &'static str,
@@ -62,7 +70,28 @@ impl HermiteMesh {
     /// One gradient a vertex, smooth everywhere.
     pub fn new(mesh: HalfEdgeMesh, positions: Vec<Point3>, gradients: &[Vec3]) -> Result<Self, HermiteError> {
         let wanted = mesh.vertex_count();
-        for (what, given) in [("positions", positions.len()), ("gradients", gradients.len())] {
+        if gradients.len() != wanted {
+            return Err(HermiteError::Count { what: "gradients", given: gradients.len(), wanted });
+        }
+        let of_corners = mesh.half_edges().map(|h| gradients[mesh.origin(h).index()]).collect();
+        let sharp = vec![false; mesh.edge_count()];
+        Self::with_creases(mesh, positions, of_corners, sharp)
+    }
+
+    /// One gradient a corner, at the origin of each half edge, and a crease at every edge tagged in `sharp`.
+    ///
+    /// Corners of one vertex may have different gradients only with sharp edges between them. A tag on a boundary is ignored.
+    pub fn with_creases(
+        mesh: HalfEdgeMesh,
+        positions: Vec<Point3>,
+        corner_gradients: Vec<Vec3>,
+        mut sharp: Vec<bool>,
+    ) -> Result<Self, HermiteError> {
+        for (what, given, wanted) in [
+            ("positions", positions.len(), mesh.vertex_count()),
+            ("gradients", corner_gradients.len(), mesh.half_edge_count()),
+            ("tags", sharp.len(), mesh.edge_count()),
+        ] {
             if given != wanted {
                 return Err(HermiteError::Count { what, given, wanted });
             }
@@ -71,8 +100,8 @@ impl HermiteMesh {
         if let Some(vertex) = positions.iter().position(|p| !finite(p)) {
             return Err(HermiteError::Position { vertex: vertex as u32 });
         }
-        if let Some(vertex) = gradients.iter().position(|g| !finite(g) || g.norm() == 0.0) {
-            return Err(HermiteError::Gradient { vertex: vertex as u32 });
+        if let Some(corner) = corner_gradients.iter().position(|g| !finite(g) || g.norm() == 0.0) {
+            return Err(HermiteError::Gradient { vertex: mesh.origin(corner.into()).0 });
         }
         for f in mesh.faces() {
             if mesh.face_half_edges(f).len() != 3 {
@@ -84,9 +113,17 @@ impl HermiteMesh {
                 return Err(HermiteError::DegenerateFace { face: f.0 });
             }
         }
-        let gradients = mesh.half_edges().map(|h| gradients[mesh.origin(h).index()]).collect();
+        for h in mesh.half_edges() {
+            let smooth = mesh.twin(h).filter(|_| !sharp[mesh.edge(h).index()]);
+            if smooth.is_some_and(|g| corner_gradients[h.index()] != corner_gradients[mesh.next(g).index()]) {
+                return Err(HermiteError::Sector { vertex: mesh.origin(h).0 });
+            }
+        }
+        for e in mesh.edges() {
+            sharp[e.index()] &= mesh.twin(mesh.edge_half_edge(e)).is_some();
+        }
         let diagonal = Aabb::around(&positions).diagonal();
-        Ok(Self { mesh, positions, gradients, diagonal })
+        Ok(Self { mesh, positions, gradients: corner_gradients, sharp, diagonal })
     }
 
     /// The connectivity.
@@ -124,8 +161,32 @@ impl HermiteMesh {
         [0, 1, 2].map(|k| self.gradients[3 * f.index() + k])
     }
 
-    /// The two half edges of an edge across which the function is C1; none for a boundary.
+    /// Do two faces meet in this edge without the same tangent planes?
+    pub fn is_crease(&self, e: EdgeId) -> bool {
+        self.sharp[e.index()]
+    }
+
+    /// Makes a crease of an edge; a boundary stays what it is.
+    pub(super) fn set_crease(&mut self, e: EdgeId) {
+        self.sharp[e.index()] = self.mesh.twin(self.mesh.edge_half_edge(e)).is_some();
+    }
+
+    /// The two half edges of an edge; none for a boundary.
+    pub fn pair(&self, e: EdgeId) -> Option<[HalfEdgeId; 2]> {
+        let h = self.mesh.edge_half_edge(e);
+        self.mesh.twin(h).map(|g| [h, g])
+    }
+
+    /// The corners around a vertex in sectors with one gradient each, see [`creases::sectors`].
+    pub fn sectors(&self, v: VertexId) -> Vec<Vec<HalfEdgeId>> {
+        creases::sectors(&self.mesh, &self.sharp, v)
+    }
+
+    /// The two half edges of an edge across which the function is C1; none for a boundary or a crease.
     pub fn joint(&self, e: EdgeId) -> Option<[HalfEdgeId; 2]> {
+        if self.is_crease(e) {
+            return None;
+        }
         let h = self.mesh.edge_half_edge(e);
         self.mesh.twin(h).map(|g| [h, g])
     }

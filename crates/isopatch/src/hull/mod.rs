@@ -35,7 +35,7 @@ pub(crate) mod test_meshes;
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
-pub use build::{ApexRule, Hull, HullFace, HullOptions, Margin, RobustApexes, build};
+pub use build::{AddedCrease, ApexRule, Corner, Hull, HullFace, HullOptions, Margin, RobustApexes, build};
 pub use class::{Class, Side};
 pub use edge::{EdgeCell, EdgeFrame};
 pub use face::{FaceFrame, Layer1, alpha, mid_edge};

@@ -19,6 +19,7 @@
 //! half edge 3f + k runs from corner k to corner k + 1.
 
 mod check;
+pub mod creases;
 mod degenerate;
 mod fans;
 mod half_edge;

@@ -1,6 +1,7 @@
 //! Unit normals at the vertices of a triangle mesh, from the positions alone.
 
-use super::{FaceId, HalfEdgeMesh, VertexId};
+use super::creases::sectors;
+use super::{FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
 use crate::geom::{Point3, Vec3, angle_between};
 use std::f64::consts::{PI, TAU};
 
@@ -61,34 +62,140 @@ pub fn loop_limit(mesh: &HalfEdgeMesh, positions: &[Point3]) -> Vec<Vec3> {
 
 /// Cross product of the two tangents of the Loop limit.
 fn loop_normal(mesh: &HalfEdgeMesh, positions: &[Point3], v: VertexId) -> Option<Vec3> {
-    let origin = positions[v.index()];
-    // Masks have weights that sum to zero, so points may be taken relative to the vertex.
-    let mut ring: Vec<Vec3> = mesh.ring(v).map(|h| positions[mesh.dest(h).index()] - origin).collect();
+    let corners: Vec<HalfEdgeId> = mesh.ring(v).collect();
+    let boundary = mesh.is_boundary_vertex(v);
+    let ring = ring_points(mesh, positions, &corners, boundary);
+    let [first, second] = if boundary { boundary_tangents(&ring) } else { smooth_tangents(&ring) };
+    first.cross(&second).try_normalize(0.0)
+}
+
+/// The far ends of the edges at a run of corners, relative to their vertex: masks have weights that sum to zero. An open run has
+/// one more edge than corners.
+fn ring_points(mesh: &HalfEdgeMesh, positions: &[Point3], corners: &[HalfEdgeId], open: bool) -> Vec<Vec3> {
+    let at = |v: VertexId| positions[v.index()];
+    let mut points: Vec<Vec3> = corners.iter().map(|h| at(mesh.dest(*h)) - at(mesh.origin(*h))).collect();
+    if let Some(last) = corners.last().filter(|_| open) {
+        points.push(at(mesh.origin(mesh.prev(*last))) - at(mesh.origin(*last)));
+    }
+    points
+}
+
+/// Tangents of the Loop limit inside the surface.
+fn smooth_tangents(ring: &[Vec3]) -> [Vec3; 2] {
+    let n = ring.len() as f64;
     let (mut first, mut second) = (Vec3::zeros(), Vec3::zeros());
-    if mesh.is_boundary_vertex(v) {
-        let last = mesh.ring(v).last()?;
-        ring.push(positions[mesh.origin(mesh.prev(last)).index()] - origin);
-        let n = ring.len();
-        first = ring[0] - ring[n - 1];
-        second = match n {
-            2 => ring[0] + ring[1],
-            3 => ring[1],
-            _ => {
-                let angle = PI / (n - 1) as f64;
-                let ends = angle.sin() * (ring[0] + ring[n - 1]);
-                -(1..n - 1)
-                    .fold(ends, |sum, i| sum + (2.0 * angle.cos() - 2.0) * (i as f64 * angle).sin() * ring[i])
-            }
-        };
-    } else {
-        let n = ring.len() as f64;
-        for (i, p) in ring.iter().enumerate() {
-            let (sin, cos) = (TAU * i as f64 / n).sin_cos();
-            first += cos * p;
-            second += sin * p;
+    for (i, p) in ring.iter().enumerate() {
+        let (sin, cos) = (TAU * i as f64 / n).sin_cos();
+        first += cos * p;
+        second += sin * p;
+    }
+    [first, second]
+}
+
+/// Tangents of the Loop limit along and across a boundary or a crease, for two points or more.
+fn boundary_tangents(ring: &[Vec3]) -> [Vec3; 2] {
+    let n = ring.len();
+    let second = match n {
+        2 => ring[0] + ring[1],
+        3 => ring[1],
+        _ => {
+            let angle = PI / (n - 1) as f64;
+            let ends = angle.sin() * (ring[0] + ring[n - 1]);
+            -(1..n - 1)
+                .fold(ends, |sum, i| sum + (2.0 * angle.cos() - 2.0) * (i as f64 * angle).sin() * ring[i])
+        }
+    };
+    [ring[0] - ring[n - 1], second]
+}
+
+/// How normals follow from positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NormalRule {
+    /// [`loop_limit`].
+    #[default]
+    LoopLimit,
+    /// [`angle_weighted`].
+    AngleWeighted,
+    /// [`area_weighted`].
+    AreaWeighted,
+}
+
+/// A crease that turns by more than this at a vertex has a corner there (cosine of the angle, 70°): rounds are cut into six
+/// sides or more, so that they stay round.
+const CORNER_TURN: f64 = 0.342;
+
+/// Two edges with a smaller sine of the angle between them do not say what plane they are in (10°).
+const COLLINEAR: f64 = 0.17;
+
+/// A unit normal for every corner (at the origin of each half edge): one for each of the [sectors](super::creases::sectors) into
+/// which the edges tagged in `sharp` cut the faces around a vertex; zero where the rule gives none.
+///
+/// Vertices that no sharp edge cuts get what the rule gives for the whole mesh. For [`NormalRule::LoopLimit`] a crease that
+/// passes through a vertex has the boundary mask on both sides, so that both tangent planes hold its tangent; where
+/// creases end, meet or turn sharply, the edges on both sides of a sector span the plane.
+pub fn at_corners(mesh: &HalfEdgeMesh, positions: &[Point3], sharp: &[bool], rule: NormalRule) -> Vec<Vec3> {
+    let whole = match rule {
+        NormalRule::LoopLimit => loop_limit(mesh, positions),
+        NormalRule::AngleWeighted => angle_weighted(mesh, positions),
+        NormalRule::AreaWeighted => area_weighted(mesh, positions),
+    };
+    let mut normals: Vec<Vec3> = mesh.half_edges().map(|h| whole[mesh.origin(h).index()]).collect();
+    let mut cut = vec![false; mesh.vertex_count()];
+    for e in mesh.edges().filter(|e| sharp[e.index()]) {
+        let h = mesh.edge_half_edge(e);
+        [mesh.origin(h), mesh.dest(h)].into_iter().for_each(|v| cut[v.index()] = true);
+    }
+    for v in mesh.vertices().filter(|v| cut[v.index()]) {
+        let sectors = sectors(mesh, sharp, v);
+        if sectors.len() == 1 {
+            continue;
+        }
+        // Two creases, or a crease in two sides, and no boundary.
+        let through = sectors.len() == 2 && !mesh.is_boundary_vertex(v);
+        for sector in &sectors {
+            let normal = of_sector(mesh, positions, sector, through, rule);
+            sector.iter().for_each(|h| normals[h.index()] = normal);
         }
     }
-    first.cross(&second).try_normalize(0.0)
+    normals
+}
+
+/// Unit normal of a sector between two edges.
+fn of_sector(
+    mesh: &HalfEdgeMesh,
+    positions: &[Point3],
+    sector: &[HalfEdgeId],
+    through: bool,
+    rule: NormalRule,
+) -> Vec3 {
+    let weight: fn(&Vec3, &Vec3) -> f64 = match rule {
+        NormalRule::AreaWeighted => |a, b| a.cross(b).norm(),
+        NormalRule::LoopLimit | NormalRule::AngleWeighted => angle_between,
+    };
+    let ring = ring_points(mesh, positions, sector, true);
+    let of_face = |pair: &[Vec3]| {
+        let normal = pair[0].cross(&pair[1]).try_normalize(0.0)?;
+        Some(weight(&pair[0], &pair[1]) * normal)
+    };
+    let sum: Vec3 = ring.windows(2).filter_map(of_face).sum();
+    let outward = sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+    if rule != NormalRule::LoopLimit || sector.len() == 1 {
+        return outward;
+    }
+    let [start, end] = [ring[0], ring[ring.len() - 1]].map(|v| v.try_normalize(0.0).unwrap_or_default());
+    let passes = through && -start.dot(&end) > CORNER_TURN;
+    let across = start.cross(&end);
+    let normal = if passes || across.norm() < COLLINEAR {
+        let [first, second] = boundary_tangents(&ring);
+        first.cross(&second)
+    } else {
+        across
+    };
+    match normal.try_normalize(0.0) {
+        Some(normal) if normal.dot(&outward) < 0.0 => -normal,
+        Some(normal) => normal,
+        None => outward,
+    }
 }
 
 /// Unit normals of the faces; zero for a face without area.
