@@ -5,7 +5,7 @@ use super::estimate::{TensorFit, tangent_frame};
 use crate::geom::{Mat3, Vec3, angle_between};
 use crate::mesh::{EdgeId, VertexId};
 
-pub struct Weights { pub epsilon: f64, pub prior: f64, pub sweeps: usize }
+pub struct Weights<'a> { pub epsilon: f64, pub prior: f64, pub sweeps: usize, pub stiffness: &'a [f64] }
 
 /// One edge: for the ends i, residual r_i = a_i k_i − c_i with k_i = t_iᵀ M_i t_i, and the metric of both.
 struct Joint {
@@ -19,9 +19,9 @@ struct Joint {
     metric: [f64; 2],
 }
 
-pub fn compatible_curvatures(base: &BaseMesh, weights: &Weights) -> Vec<Mat3> {
+pub fn compatible_curvatures(base: &BaseMesh, weights: &Weights<'_>) -> Vec<Mat3> {
     let frames: Vec<[Vec3; 2]> = base.normals.iter().map(tangent_frame).collect();
-    let joints: Vec<Joint> = base.mesh.edges().filter_map(|e| Joint::new(base, &frames, e, weights.epsilon)).collect();
+    let joints: Vec<Joint> = base.mesh.edges().filter_map(|e| Joint::new(base, &frames, e, weights.epsilon, weights.stiffness[e.index()])).collect();
     let mut of_vertex: Vec<Vec<(usize, usize)>> = vec![Vec::new(); base.mesh.vertex_count()];
     for (j, joint) in joints.iter().enumerate() {
         (0..2).for_each(|i| of_vertex[joint.ends[i].index()].push((j, i)));
@@ -48,7 +48,7 @@ pub fn compatible_curvatures(base: &BaseMesh, weights: &Weights) -> Vec<Mat3> {
 }
 
 impl Joint {
-    fn new(base: &BaseMesh, frames: &[[Vec3; 2]], e: EdgeId, epsilon: f64) -> Option<Self> {
+    fn new(base: &BaseMesh, frames: &[[Vec3; 2]], e: EdgeId, epsilon: f64, stiffness: f64) -> Option<Self> {
         let h = base.mesh.edge_half_edge(e);
         let ends = [base.mesh.origin(h), base.mesh.dest(h)];
         let chord = base.positions[ends[1].index()] - base.positions[ends[0].index()];
@@ -72,7 +72,7 @@ impl Joint {
             rows: [row(0, t0), row(1, t1)],
             scale: arc * arc / 12.0 / length,
             wanted: [q2.dot(&n[0]) / length, (q2 - chord).dot(&n[1]) / length],
-            metric: [d / det, -c / det],
+            metric: [stiffness * d / det, -stiffness * c / det],
         })
     }
 }

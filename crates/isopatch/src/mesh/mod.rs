@@ -30,6 +30,7 @@ mod pairing;
 mod polygons;
 mod prepare;
 mod repairs;
+mod triangulate;
 mod walls;
 mod weld;
 
@@ -40,3 +41,4 @@ pub use check::{Component, Hole, MeshCheck, check};
 pub use half_edge::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, MeshError, VertexId};
 pub use prepare::{MeshFault, PrepareOptions, Prepared, prepare};
 pub use repairs::{MeshRepair, Place, RepairKind};
+pub use triangulate::{MOST_CORNERS, TooManyCorners, Triangles, triangulate};

@@ -173,7 +173,7 @@ pub fn fit_edges(
 
 /// One boundary curve for each edge from the data at its ends alone, for a surface of which nothing else is known: the fit
 /// (9) to the quintic curve with the positions, tangents and normal curvatures of both ends.
-pub fn interpolate_edges(base: &BaseMesh, options: &CurveOptions) -> Result<Vec<QuarticCurve>, CurveError> {
+pub fn interpolate_edges(base: &BaseMesh, options: &CurveOptions) -> Vec<Result<QuarticCurve, CurveError>> {
     let edges: Vec<EdgeId> = base.mesh.edges().collect();
     edges
         .par_iter()

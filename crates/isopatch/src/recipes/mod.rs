@@ -10,6 +10,7 @@ mod finish;
 mod least;
 mod patchwork;
 mod refine;
+pub mod mesh_spline;
 pub mod spline;
 
 pub use differentiable::{Defect, find_defect};
