@@ -125,11 +125,17 @@ pub fn fit(
         let deviations = seconds.measure("check", || normal_deviations(&surface, LATTICE));
         let folded: Vec<usize> = (0..deviations.len()).filter(|f| deviations[*f] >= FRAC_PI_2).collect();
         if debug { eprintln!("round {round}: {} folded", folded.len()); }
+        let var = |n: &str, d: f64| std::env::var(n).map_or(d, |v| v.parse().unwrap());
+        let mut vertices: Vec<crate::mesh::VertexId> = folded.iter().flat_map(|f| base.mesh.triangle(FaceId::from(*f))).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
         for f in &folded {
             for h in base.mesh.face_half_edges(FaceId::from(*f)) {
-                stiffness[base.mesh.edge(h).index()] *= STIFFER;
+                let s = &mut stiffness[base.mesh.edge(h).index()];
+                *s = (*s * var("STIFFER", 10.)).min(var("STIFFEST", 1000.));
             }
         }
+        visible::see_better(&base.mesh, &base.positions, &mut base.normals, &vertices, var("SHARE", 0.5));
         let done = folded.is_empty();
         if best.as_ref().is_none_or(|b| folded.len() < b.2.len()) {
             best = Some((surface, deviations, folded));

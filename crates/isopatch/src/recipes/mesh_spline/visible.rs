@@ -49,3 +49,15 @@ pub fn see_faces(mesh: &HalfEdgeMesh, positions: &[Point3], normals: &mut [Vec3]
     }
     found
 }
+
+/// Turns the normals of some vertices halfway to the direction that sees their faces best.
+pub fn see_better(mesh: &HalfEdgeMesh, positions: &[Point3], normals: &mut [Vec3], vertices: &[VertexId], share: f64) {
+    let faces = normals::of_faces(mesh, positions);
+    for v in vertices {
+        let around: Vec<Vec3> =
+            mesh.ring(*v).map(|h| faces[mesh.face(h).index()]).filter(|n| *n != Vec3::zeros()).collect();
+        let Some((best, _)) = most_visible_direction(&around) else { continue };
+        let n = &mut normals[v.index()];
+        *n = ((1.0 - share) * *n + share * best).normalize();
+    }
+}
