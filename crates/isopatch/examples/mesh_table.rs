@@ -9,12 +9,13 @@ fn main() {
         let name = path.rsplit('/').next().unwrap().to_owned();
         let mesh = match read_mesh(path.as_ref()) { Ok(m) => m, Err(e) => { println!("{name} {e}"); continue } };
         let start = Instant::now();
-        let fitted = match fit(&mesh, &MeshSplineRecipe::default(), &|_| ()) { Ok(f) => f, Err(e) => { println!("{name:30} {} faces: {e} {:.2}", mesh.faces.len(), start.elapsed().as_secs_f64()); continue } };
+        let recipe = MeshSplineRecipe { crease_angle: std::env::var("CREASE").ok().map(|a| a.parse::<f64>().unwrap().to_radians()), ..MeshSplineRecipe::default() };
+        let fitted = match fit(&mesh, &recipe, &|_| ()) { Ok(f) => f, Err(e) => { println!("{name:30} {} faces: {e} {:.2}", mesh.faces.len(), start.elapsed().as_secs_f64()); continue } };
         let t = start.elapsed().as_secs_f64();
         let (s, dev) = (&fitted.surface, &fitted.deviations);
         let m = seams(s, s.base.diagonal(), 33);
         let over = |deg: f64| dev.iter().filter(|d| **d > deg.to_radians()).count();
-        println!("{name:40} faces {:6} open {} >20 {} >40 {} >60 {} jump {:.1e} {t:.3} s", s.nets.len(), !s.base.mesh.is_closed(), over(20.), over(40.), over(60.), m.max_normal_jump);
+        println!("{name:40} faces {:6} open {} >20 {} >40 {} >60 {} jump {:.1e} {t:.3} s {}", s.nets.len(), !s.base.mesh.is_closed(), over(20.), over(40.), over(60.), m.max_normal_jump, fitted.repairs.iter().map(|r| r.what.clone()).collect::<Vec<_>>().join("; "));
         if let Ok(dir) = std::env::var("PLY") {
             let mesh = isopatch::tessellate::tessellate(s, &isopatch::tessellate::TessellateOptions { resolution: 8 }).unwrap();
             let mut out = std::fs::File::create(format!("{dir}/{name}.ply")).unwrap();

@@ -8,6 +8,8 @@ use crate::mesh::{EdgeId, HalfEdgeMesh, VertexId};
 pub enum EdgeFeature {
     /// The surface is smooth across it.
     Smooth,
+    /// The surfaces on both sides meet there with different normals.
+    Sharp,
     /// The surface ends there.
     Boundary,
 }

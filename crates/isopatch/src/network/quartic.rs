@@ -171,10 +171,13 @@ pub fn fit_edges(
     Ok(batches?.concat())
 }
 
-/// One boundary curve for each edge from the data at its ends alone, for a surface of which nothing else is known: the fit
+/// One boundary curve for each of some edges from the data at its ends alone, for a surface of which nothing else is known: the fit
 /// (9) to the quintic curve with the positions, tangents and normal curvatures of both ends.
-pub fn interpolate_edges(base: &BaseMesh, options: &CurveOptions) -> Vec<Result<QuarticCurve, CurveError>> {
-    let edges: Vec<EdgeId> = base.mesh.edges().collect();
+pub fn interpolate_edges(
+    base: &BaseMesh,
+    edges: &[EdgeId],
+    options: &CurveOptions,
+) -> Vec<Result<QuarticCurve, CurveError>> {
     edges
         .par_iter()
         .with_min_len(BATCH)

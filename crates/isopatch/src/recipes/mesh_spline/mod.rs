@@ -6,13 +6,19 @@
 //!                                           └───────────────┴──────── rounds ───────────────────────┘
 //! ```
 
+mod cut;
+mod rim;
 mod visible;
 
-use crate::base::{BaseMesh, Repair, Weights, compatible_curvatures};
-use crate::geom::Point3;
+use cut::{Cut, cut};
+use rim::Rims;
+
+use crate::base::{BaseMesh, EdgeFeature, Repair, Weights, compatible_curvatures};
+use crate::geom::{Point3, angle_between};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    self, FaceId, HalfEdgeMesh, MeshError, MeshFault, PrepareOptions, Prepared, TooManyCorners, Triangles,
+    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, PrepareOptions, Prepared, TooManyCorners, Triangles, VertexId,
+    creases, normals,
 };
 use crate::network::{CurveError, CurveOptions, QuarticCurve, interpolate_edges};
 use crate::report::Seconds;
@@ -28,6 +34,9 @@ pub struct MeshSplineRecipe {
     pub curves: CurveOptions,
     /// Most times that normals and curvature tensors are changed because patches fold.
     pub rounds: usize,
+    /// Edges whose faces have normals that differ by more than this many radians are sharp.
+    pub crease_angle: Option<f64>,
+    pub sharpenings: usize,
     pub epsilon: f64,
     pub prior: f64,
     pub sweeps: usize,
@@ -35,7 +44,7 @@ pub struct MeshSplineRecipe {
 
 impl Default for MeshSplineRecipe {
     fn default() -> Self {
-        Self { prepare: PrepareOptions::default(), curves: CurveOptions::default(), rounds: 12, epsilon: 1e-3, prior: 1e-2, sweeps: 20 }
+        Self { prepare: PrepareOptions::default(), curves: CurveOptions::default(), rounds: 4, crease_angle: None, sharpenings: 20, epsilon: 1e-3, prior: 1e-2, sweeps: 20 }
     }
 }
 
@@ -87,6 +96,7 @@ fn named(faces: &[u32]) -> String {
 
 const LATTICE: usize = 10;
 const STIFFER: f64 = 10.0;
+const STIFFEST: f64 = 1e3;
 
 /// The spline through the vertices of a mesh; `progress` is told the name of each stage as it starts.
 pub fn fit(
@@ -96,59 +106,181 @@ pub fn fit(
 ) -> Result<MeshFitted, MeshSplineError> {
     let mut seconds = Seconds::default();
     progress("mesh");
-    let Triangulated { mesh, positions, face_source, repairs, .. } = seconds.measure("mesh", || triangles(given, recipe))?;
-    progress("normals and curvatures");
-    let mut base = seconds.measure("normals and curvatures", || BaseMesh::estimated(mesh, positions));
-    let visibility = visible::see_faces(&base.mesh, &base.positions, &mut base.normals);
-    let debug = std::env::var("MS_DEBUG").is_ok();
-    if debug { eprintln!("moved {} hidden {}", visibility.moved.len(), visibility.hidden.len()); }
-    progress("patches");
-    let mut stiffness = vec![1.0; base.mesh.edge_count()];
-    let mut best: Option<(TriangularSpline, Vec<f64>, Vec<usize>)> = None;
-    let mut failure = None;
-    for round in 0..=recipe.rounds {
-        base.curvatures = seconds.measure("normals and curvatures", || {
-            compatible_curvatures(&base, &Weights { epsilon: recipe.epsilon, prior: recipe.prior, sweeps: recipe.sweeps, stiffness: &stiffness })
-        });
-        let fits = interpolate_edges(&base, &recipe.curves);
-        let mut failed = 0;
-        for (e, fit) in fits.iter().enumerate() {
-            if let Err(error) = fit {
-                failed += 1;
-                failure = Some(*error);
-                stiffness[e] *= STIFFER;
-            }
-        }
-        if failed > 0 { if debug { eprintln!("round {round}: {failed} curves failed"); } continue; }
-        let curves: Vec<QuarticCurve> = fits.into_iter().flatten().collect();
-        let surface = seconds.measure("patches", || spline::fill(base.clone(), &curves))?;
-        let deviations = seconds.measure("check", || normal_deviations(&surface, LATTICE));
-        let folded: Vec<usize> = (0..deviations.len()).filter(|f| deviations[*f] >= FRAC_PI_2).collect();
-        if debug { eprintln!("round {round}: {} folded", folded.len()); }
-        let var = |n: &str, d: f64| std::env::var(n).map_or(d, |v| v.parse().unwrap());
-        let mut vertices: Vec<crate::mesh::VertexId> = folded.iter().flat_map(|f| base.mesh.triangle(FaceId::from(*f))).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        for f in &folded {
-            for h in base.mesh.face_half_edges(FaceId::from(*f)) {
-                let s = &mut stiffness[base.mesh.edge(h).index()];
-                *s = (*s * var("STIFFER", 10.)).min(var("STIFFEST", 1000.));
-            }
-        }
-        visible::see_better(&base.mesh, &base.positions, &mut base.normals, &vertices, var("SHARE", 0.5));
-        let done = folded.is_empty();
-        if best.as_ref().is_none_or(|b| folded.len() < b.2.len()) {
-            best = Some((surface, deviations, folded));
-        }
-        if done { break; }
-    }
-    let Some((surface, deviations, folded)) = best else {
-        return Err(failure.map_or(MeshSplineError::Folded { faces: Vec::new() }, MeshSplineError::Curve));
+    let Triangulated { mesh, positions, face_source, mut repairs, .. } = seconds.measure("mesh", || triangles(given, recipe))?;
+    let mut maker = Maker { whole: &mesh, positions: &positions, recipe, seconds };
+    let mut sharp = match recipe.crease_angle {
+        Some(angle) => creases::by_angle(&mesh, &positions, angle),
+        None => vec![false; mesh.edge_count()],
     };
-    if !folded.is_empty() {
-        return Err(MeshSplineError::Folded { faces: folded.into_iter().map(|f| face_source[f]).collect() });
+    progress("patches");
+    let debug = std::env::var("MS_DEBUG").is_ok();
+    let asked = sharp.clone();
+    let mut last = Vec::new();
+    for round in 0..=recipe.sharpenings {
+        let piece = maker.pieces(&sharp)?;
+        if debug { eprintln!("sharpening {round}: {} sharp, {} folded, {} curves", sharp.iter().filter(|s| **s).count(), piece.folded.len(), piece.failed.len()); }
+        if piece.folded.is_empty() && piece.failed.is_empty() {
+            let surface = maker.whole_surface(&piece, &sharp);
+            let added = (0..sharp.len()).filter(|e| sharp[*e] && !asked[*e]).count();
+            if added > 0 {
+                repairs.push(repair(format!("edges made sharp: {added}"), "mesh".into(), "patches beside them folded over".into()));
+            }
+            return Ok(MeshFitted { surface, deviations: piece.deviations, repairs, seconds: maker.seconds });
+        }
+        sharpen(&mesh, &positions, &piece.folded, &piece.failed, &mut sharp);
+        last = piece.folded;
     }
-    Ok(MeshFitted { surface, deviations, repairs, seconds })
+    Err(MeshSplineError::Folded { faces: last.into_iter().map(|f| face_source[f]).collect() })
+}
+
+/// Edges of bad faces become sharp: those with the larger angles first, and then all of them.
+fn sharpen(mesh: &HalfEdgeMesh, positions: &[Point3], folded: &[usize], failed: &[EdgeId], sharp: &mut [bool]) {
+    let normals = normals::of_faces(mesh, positions);
+    let turn = |e: EdgeId| {
+        let h = mesh.edge_half_edge(e);
+        let g = mesh.twin(h)?;
+        Some(angle_between(&normals[mesh.face(h).index()], &normals[mesh.face(g).index()]))
+    };
+    let mut made = vec![false; sharp.len()];
+    let around = |v: VertexId| mesh.ring(v).map(|h| mesh.edge(h)).collect::<Vec<_>>();
+    let corners = folded.iter().flat_map(|f| mesh.triangle(FaceId::from(*f)));
+    let ends = failed.iter().flat_map(|e| { let h = mesh.edge_half_edge(*e); [mesh.origin(h), mesh.dest(h)] });
+    let mut vertices: Vec<VertexId> = corners.chain(ends).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    for v in vertices {
+        let candidates: Vec<(f64, EdgeId)> = around(v).into_iter().filter(|e| !sharp[e.index()]).filter_map(|e| Some((turn(e)?, e))).collect();
+        let most = candidates.iter().map(|(t, _)| *t).fold(0.0, f64::max);
+        for (t, e) in candidates {
+            if t >= SHARPEST_SHARE * most && t > LEAST_SHARP {
+                made[e.index()] = true;
+            }
+        }
+    }
+    if !made.iter().any(|m| *m) {
+        for f in folded {
+            mesh.face_half_edges(FaceId::from(*f)).for_each(|h| made[mesh.edge(h).index()] = mesh.twin(h).is_some());
+        }
+        for v in failed.iter().flat_map(|e| { let h = mesh.edge_half_edge(*e); [mesh.origin(h), mesh.dest(h)] }) {
+            around(v).into_iter().for_each(|e| made[e.index()] = mesh.twin(mesh.edge_half_edge(e)).is_some());
+        }
+    }
+    sharp.iter_mut().zip(made).for_each(|(s, m)| *s |= m);
+}
+
+const SHARPEST_SHARE: f64 = 0.7;
+const LEAST_SHARP: f64 = 0.35;
+
+struct Maker<'a> {
+    whole: &'a HalfEdgeMesh,
+    positions: &'a [Point3],
+    recipe: &'a MeshSplineRecipe,
+    seconds: Seconds,
+}
+
+/// The best surface of the pieces.
+struct Pieces {
+    cut: Cut,
+    surface: Option<TriangularSpline>,
+    deviations: Vec<f64>,
+    folded: Vec<usize>,
+    /// Edges of the whole without a curve.
+    failed: Vec<EdgeId>,
+}
+
+impl Maker<'_> {
+    fn pieces(&mut self, sharp: &[bool]) -> Result<Pieces, MeshSplineError> {
+        let (whole, positions, recipe) = (self.whole, self.positions, self.recipe);
+        let debug = std::env::var("MS_DEBUG").is_ok();
+        let seconds = &mut self.seconds;
+        let cut = cut(whole, positions, sharp).map_err(MeshSplineError::Triangles)?;
+        let rims = Rims::new(whole, &cut, positions);
+        let mut base = seconds.measure("normals and curvatures", || BaseMesh::estimated(cut.mesh.clone(), cut.positions.clone()));
+        let visibility = visible::see_faces(&base.mesh, &base.positions, &mut base.normals);
+        if debug { eprintln!("moved {} hidden {}", visibility.moved.len(), visibility.hidden.len()); }
+        let mesh = cut.mesh.clone();
+        let inner: Vec<EdgeId> = mesh.edges().filter(|e| mesh.twin(mesh.edge_half_edge(*e)).is_some()).collect();
+        let mut stiffness = vec![1.0; mesh.edge_count()];
+        let mut best: Option<(TriangularSpline, Vec<f64>, Vec<usize>)> = None;
+        let mut failed = Vec::new();
+        for round in 0..=recipe.rounds {
+            for v in mesh.vertices() {
+                base.normals[v.index()] = rims.across(&cut, v, &base.normals[v.index()]);
+            }
+            base.curvatures = seconds.measure("normals and curvatures", || {
+                compatible_curvatures(&base, &Weights { epsilon: recipe.epsilon, prior: recipe.prior, sweeps: recipe.sweeps, stiffness: &stiffness })
+            });
+            let fits = interpolate_edges(&base, &inner, &recipe.curves);
+            failed.clear();
+            for (e, fit) in inner.iter().zip(&fits) {
+                if fit.is_err() {
+                    // Half edges of pieces and whole have the same numbers.
+                    failed.push(whole.edge(mesh.edge_half_edge(*e)));
+                    stiffness[e.index()] *= STIFFER;
+                }
+            }
+            if !failed.is_empty() { if debug { eprintln!("round {round}: {} curves failed", failed.len()); } continue; }
+            let mut fits = fits.into_iter().flatten();
+            let curves: Vec<QuarticCurve> = mesh.edges().filter_map(|e| {
+                let h = mesh.edge_half_edge(e);
+                match mesh.twin(h) {
+                    Some(_) => fits.next(),
+                    None => {
+                        let first = whole.edge_half_edge(whole.edge(h));
+                        let mut curve = rims.curve(whole, positions, first);
+                        if first != h { curve.q.reverse(); }
+                        Some(curve)
+                    }
+                }
+            }).collect();
+            let surface = seconds.measure("patches", || spline::fill(base.clone(), &curves))?;
+            let deviations = seconds.measure("check", || normal_deviations(&surface, LATTICE));
+            let folded: Vec<usize> = (0..deviations.len()).filter(|f| deviations[*f] >= FRAC_PI_2).collect();
+            if debug { eprintln!("round {round}: {} folded", folded.len()); }
+            let mut vertices: Vec<VertexId> = folded.iter().flat_map(|f| mesh.triangle(FaceId::from(*f))).collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            for f in &folded {
+                for h in mesh.face_half_edges(FaceId::from(*f)) {
+                    let s = &mut stiffness[mesh.edge(h).index()];
+                    *s = (*s * STIFFER).min(STIFFEST);
+                }
+            }
+            let done = folded.is_empty();
+            if best.as_ref().is_none_or(|b| folded.len() < b.2.len()) {
+                best = Some((surface, deviations, folded));
+            }
+            if done { break; }
+            visible::see_better(&base.mesh, &base.positions, &mut base.normals, &vertices, 0.5);
+        }
+        Ok(match best {
+            Some((surface, deviations, folded)) => Pieces { cut, surface: Some(surface), deviations, folded, failed: Vec::new() },
+            None => Pieces { cut, surface: None, deviations: Vec::new(), folded: Vec::new(), failed },
+        })
+    }
+
+    /// The pieces joined along their rims.
+    fn whole_surface(&self, pieces: &Pieces, _sharp: &[bool]) -> TriangularSpline {
+        let (whole, cut) = (self.whole, &pieces.cut);
+        let Some(surface) = pieces.surface.clone() else { unreachable!() };
+        let mut first = vec![usize::MAX; whole.vertex_count()];
+        cut.source.iter().enumerate().rev().for_each(|(copy, v)| first[v.index()] = copy);
+        let normals = first.iter().map(|v| surface.base.normals[*v]).collect();
+        let curvatures = first.iter().map(|v| surface.base.curvatures[*v]).collect();
+        let mut base = BaseMesh::from_parts(whole.clone(), self.positions.to_vec(), normals, curvatures);
+        let mut curves = Vec::with_capacity(whole.edge_count());
+        for e in whole.edges() {
+            let h = whole.edge_half_edge(e);
+            let in_cut = cut.mesh.edge(h);
+            let mut q = surface.curves[in_cut.index()];
+            if cut.mesh.edge_half_edge(in_cut) != h { q.reverse(); }
+            curves.push(q);
+            if cut.mesh.twin(h).is_none() && whole.twin(h).is_some() {
+                base.features[e.index()] = EdgeFeature::Sharp;
+            }
+        }
+        TriangularSpline::new(base, curves, surface.nets)
+    }
 }
 
 /// An oriented manifold of triangles, and what became of the mesh on the way.
