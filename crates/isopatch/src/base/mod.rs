@@ -62,7 +62,7 @@ pub use batch::Batch;
 pub use bounds::{SEARCH_RADII, check_box, find_box, outside_is_negative, tighten};
 pub use build::{BaseMethod, BaseOptions, BaseOutcome, Repair, base_from_seed, build, finish};
 pub use clip::{BoxSide, BoxSides, Clip};
-pub use compatible::{Weights, compatible_curvatures};
+pub use compatible::compatible_curvatures;
 pub use decimate::decimate;
 pub use error::BaseError;
 pub use estimate::curvature_tensors;

@@ -24,7 +24,8 @@ pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
     // Squares of derivatives of second or higher order have degree 2 (n − 2) at most.
     for (uvw, weight) in triangle_gauss(n) {
         for by_y in 0..=order {
-            let directions: Vec<[f64; 3]> = (0..order).map(|i| if i < order - by_y { x } else { y }).collect();
+            let directions: Vec<[f64; 3]> =
+                (0..order).map(|i| if i < order - by_y { x } else { y }).collect();
             let row = derivative(n, uvw, &directions);
             energy.ger(weight * curve::binomial(order, by_y), &row, &row, 1.0);
         }
@@ -35,9 +36,10 @@ pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
 /// The derivative of a net of degree n by several directions at a point, as a row.
 fn derivative(n: usize, uvw: [f64; 3], directions: &[[f64; 3]]) -> DVector<f64> {
     let lowest = n - directions.len();
-    let row = directions.iter().rev().enumerate().fold(triangle::basis(lowest, uvw), |row, (i, direction)| {
-        triangle::differentiate_row(lowest + i + 1, &row, *direction)
-    });
+    let row =
+        directions.iter().rev().enumerate().fold(triangle::basis(lowest, uvw), |row, (i, direction)| {
+            triangle::differentiate_row(lowest + i + 1, &row, *direction)
+        });
     DVector::from_vec(row)
 }
 

@@ -126,7 +126,8 @@ impl Ends {
         let bend: [Vec3; 2] = std::array::from_fn(|i| arc * arc * self.k[i][0] * self.n[i]);
         let b = curve::basis::<6>(t);
         let before = [Vec3::zeros(), speed[0] / 5.0, 2.0 / 5.0 * speed[0] + bend[0] / 20.0];
-        let after = [self.chord - 2.0 / 5.0 * speed[1] + bend[1] / 20.0, self.chord - speed[1] / 5.0, self.chord];
+        let after =
+            [self.chord - 2.0 / 5.0 * speed[1] + bend[1] / 20.0, self.chord - speed[1] / 5.0, self.chord];
         (0..3).map(|i| b[i] * before[i] + b[i + 3] * after[i]).sum()
     }
 

@@ -8,9 +8,9 @@
 mod differentiable;
 mod finish;
 mod least;
+pub mod mesh_spline;
 mod patchwork;
 mod refine;
-pub mod mesh_spline;
 pub mod spline;
 
 pub use differentiable::{Defect, find_defect};

@@ -24,15 +24,10 @@ pub struct Rims {
     tangents: Vec<Option<Vec3>>,
 }
 
-/// An edge that leaves a vertex: by its half edge there, or by the one that arrives, at a boundary.
-fn direction(mesh: &HalfEdgeMesh, positions: &[Point3], h: HalfEdgeId, leaves: bool) -> Vec3 {
-    let d = positions[mesh.dest(h).index()] - positions[mesh.origin(h).index()];
-    if leaves { d } else { -d }
-}
-
 impl Rims {
-    /// The tangents of all rims: the edges of the whole that are boundaries of the pieces.
-    pub fn new(whole: &HalfEdgeMesh, cut: &Cut, positions: &[Point3]) -> Self {
+    /// The tangents of all rims: the edges of the whole that are boundaries of the pieces. At `corners` they are along the
+    /// chords.
+    pub fn new(whole: &HalfEdgeMesh, cut: &Cut, positions: &[Point3], corners: &[bool]) -> Self {
         // Slot 2h is the start of half edge h, slot 2h + 1 its end.
         let mut tangents: Vec<Option<Vec3>> = vec![None; 2 * whole.half_edge_count()];
         for v in whole.vertices() {
@@ -40,18 +35,8 @@ impl Rims {
             if rims.is_empty() {
                 continue;
             }
-            let chords: Vec<Vec3> =
-                rims.iter().map(|(h, leaves)| direction(whole, positions, *h, *leaves)).collect();
-            let mut t: Vec<Vec3> =
-                chords.iter().map(|c| c.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect();
-            if t.len() == 2 && -t[0].dot(&t[1]) > CORNER_TURN {
-                if let Some(along) = (chords[0] - chords[1]).try_normalize(0.0) {
-                    t = vec![along, -along];
-                }
-            } else if t.len() > 2 {
-                straighten(&mut t);
-            }
-            for ((h, leaves), t) in rims.iter().zip(t) {
+            let t = tangents_at(whole, positions, v, &rims, corners[v.index()]);
+            for (Rim { half_edge: h, leaves, .. }, t) in rims.iter().zip(t) {
                 tangents[2 * h.index() + usize::from(!leaves)] = Some(t);
                 if let Some(g) = whole.twin(*h) {
                     tangents[2 * g.index() + usize::from(*leaves)] = Some(t);
@@ -73,9 +58,7 @@ impl Rims {
         }
         let Some(first) = cut.mesh.ring(v).next() else { return *normal };
         let last = cut.mesh.ring(v).last().unwrap_or(first);
-        let (Some(a), Some(b)) =
-            (self.tangent(first, false), self.tangent(cut.mesh.prev(last), true))
-        else {
+        let (Some(a), Some(b)) = (self.tangent(first, false), self.tangent(cut.mesh.prev(last), true)) else {
             return *normal;
         };
         let both = a.cross(&b);
@@ -102,28 +85,71 @@ impl Rims {
     }
 }
 
-/// The rims at a vertex of the whole, counter-clockwise: half edges, and whether they leave it.
-fn rims_at(whole: &HalfEdgeMesh, cut: &Cut, v: VertexId) -> Vec<(HalfEdgeId, bool)> {
+/// A rim at a vertex.
+struct Rim {
+    half_edge: HalfEdgeId,
+    /// Does the half edge leave the vertex? At the end of a boundary it arrives there.
+    leaves: bool,
+    /// Faces from here to the next rim, counter-clockwise; none behind a boundary.
+    faces: usize,
+}
+
+/// The rims at a vertex of the whole, counter-clockwise.
+fn rims_at(whole: &HalfEdgeMesh, cut: &Cut, v: VertexId) -> Vec<Rim> {
     let ring: Vec<HalfEdgeId> = whole.ring(v).collect();
-    let mut rims: Vec<(HalfEdgeId, bool)> =
-        ring.iter().filter(|h| cut.mesh.twin(**h).is_none()).map(|h| (*h, true)).collect();
-    if let (true, Some(last)) = (whole.is_boundary_vertex(v), ring.last()) {
-        rims.push((whole.prev(*last), false));
+    let places: Vec<usize> = (0..ring.len()).filter(|i| cut.mesh.twin(ring[*i]).is_none()).collect();
+    let open = whole.is_boundary_vertex(v);
+    let next = |i: usize| match places.get(i + 1) {
+        Some(next) => *next,
+        None if open => ring.len(),
+        None => places[0] + ring.len(),
+    };
+    let mut rims: Vec<Rim> = (0..places.len())
+        .map(|i| Rim { half_edge: ring[places[i]], leaves: true, faces: next(i) - places[i] })
+        .collect();
+    if let (true, Some(last)) = (open, ring.last()) {
+        rims.push(Rim { half_edge: whole.prev(*last), leaves: false, faces: 0 });
     }
     rims
 }
 
-/// Makes neighbouring tangents that almost run on as one do so exactly.
-fn straighten(t: &mut [Vec3]) {
+/// Unit tangents of the rims out of a vertex.
+fn tangents_at(
+    whole: &HalfEdgeMesh,
+    positions: &[Point3],
+    v: VertexId,
+    rims: &[Rim],
+    is_corner: bool,
+) -> Vec<Vec3> {
+    let origin = positions[v.index()];
+    let chord = |rim: &Rim| {
+        let h = rim.half_edge;
+        positions[if rim.leaves { whole.dest(h) } else { whole.origin(h) }.index()] - origin
+    };
+    let chords: Vec<Vec3> = rims.iter().map(chord).collect();
+    let unit = |v: &Vec3| v.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+    let mut t: Vec<Vec3> = chords.iter().map(unit).collect();
+    if is_corner {
+        return t;
+    }
+    if let [a, b] = rims {
+        // A face alone between two rims needs a corner.
+        if -t[0].dot(&t[1]) > CORNER_TURN && a.faces != 1 && b.faces != 1 {
+            let along = unit(&(chords[0] - chords[1]));
+            return vec![along, -along];
+        }
+        return t;
+    }
+    // Neighbours that almost run on as one do so exactly.
     let mut done = vec![false; t.len()];
     for i in 0..t.len() {
         let j = (i + 1) % t.len();
-        if done[i] || done[j] || t[i].cross(&t[j]).norm() > COLLINEAR || t[i].dot(&t[j]) > 0.0 {
-            continue;
-        }
-        if let Some(along) = (t[i] - t[j]).try_normalize(0.0) {
+        let bends = rims[i].faces < 2 || t[i].cross(&t[j]).norm() > COLLINEAR || t[i].dot(&t[j]) > 0.0;
+        if !done[i] && !done[j] && !bends {
+            let along = unit(&(t[i] - t[j]));
             (t[i], t[j]) = (along, -along);
             (done[i], done[j]) = (true, true);
         }
     }
+    t
 }
