@@ -5,15 +5,19 @@ use super::rim::Rims;
 use super::sharpen::Sharpness;
 use super::visible::{see_better, see_faces};
 use crate::base::{BaseMesh, EdgeFeature, compatible_curvatures};
+use crate::bernstein::{curve, index};
 use crate::geom::Point3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh, MeshError, VertexId};
 use crate::network::{CurveError, CurveOptions, QuarticCurve, interpolate_edges};
 use crate::report::Seconds;
-use crate::spline::{self, SplineError, TriangularSpline, normal_deviations};
-use std::f64::consts::FRAC_PI_2;
+use crate::spline::{self, DEGREE, NET, SplineError, TriangularSpline, normal_deviations};
+use std::f64::consts::PI;
 
 /// Lattice on which patches are looked at for folds: 66 samples each.
 const LATTICE: usize = 10;
+/// Angle between the normals of a patch and the blended normals of its corners from which on it counts as folded: at 90° it is,
+/// and between samples it may turn a little further.
+const FOLDED: f64 = 80.0 * PI / 180.0;
 /// Factor of the weight of the edges of a bad patch, and the largest weight.
 const STIFFER: f64 = 10.0;
 const STIFFEST: f64 = 1e3;
@@ -81,7 +85,7 @@ impl Maker<'_> {
             };
             failed.clear();
             let deviations = seconds.measure("check", || normal_deviations(&surface, LATTICE));
-            let is_folded = |f: &FaceId| deviations[f.index()] >= FRAC_PI_2;
+            let is_folded = |f: &FaceId| deviations[f.index()] > FOLDED;
             let folded: Vec<FaceId> = cut.mesh.faces().filter(is_folded).collect();
             for h in folded.iter().flat_map(|f| cut.mesh.face_half_edges(*f)) {
                 let weight = &mut stiffness[cut.mesh.edge(h).index()];
@@ -145,7 +149,7 @@ impl Made {
     /// The pieces joined along their rims. The normal and the curvature tensor of a vertex on a rim are those of one of
     /// the pieces there.
     pub fn joined(self, whole: &HalfEdgeMesh, positions: &[Point3]) -> TriangularSpline {
-        let Self { pieces, cut, .. } = self;
+        let Self { mut pieces, cut, .. } = self;
         let mut copy = vec![0; whole.vertex_count()];
         cut.source.iter().enumerate().rev().for_each(|(of_piece, v)| copy[v.index()] = of_piece);
         let normals = copy.iter().map(|v| pieces.base.normals[*v]).collect();
@@ -162,8 +166,21 @@ impl Made {
             curves.push(q);
             if cut.mesh.twin(h).is_none() && whole.twin(h).is_some() {
                 base.features[e.index()] = EdgeFeature::Sharp;
+                give_both_sides(whole, e, &q, &mut pieces.nets);
             }
         }
         TriangularSpline::new(base, curves, pieces.nets)
+    }
+}
+
+/// Puts the curve over an edge, elevated once, into the patches on both sides: the same bits.
+fn give_both_sides(whole: &HalfEdgeMesh, e: EdgeId, q: &[Point3; 5], nets: &mut [[Point3; NET]]) {
+    let row: [Point3; DEGREE + 1] = curve::elevate(q);
+    let first = whole.edge_half_edge(e);
+    for h in [Some(first), whole.twin(first)].into_iter().flatten() {
+        for (m, p) in row.iter().enumerate() {
+            let m = if h == first { m } else { DEGREE - m };
+            nets[whole.face(h).index()][index::row(DEGREE, whole.side(h), 0, m)] = *p;
+        }
     }
 }
