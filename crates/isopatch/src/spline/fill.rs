@@ -66,7 +66,7 @@ struct Fillers {
 }
 
 static FILLERS: LazyLock<Fillers> = LazyLock::new(|| {
-    let is_twist = |ijk: [usize; 3]| ijk.iter().any(|i| *i == DEGREE - 2) && !index::is_boundary(ijk);
+    let is_twist = |ijk: [usize; 3]| ijk.contains(&(DEGREE - 2)) && !index::is_boundary(ijk);
     Fillers {
         inside: Filler::new(FROM_BOUNDARY, |ijk| !index::is_boundary(ijk)),
         inside_twists: Filler::new(FROM_TWISTS, |ijk| !index::is_boundary(ijk) && !is_twist(ijk)),
