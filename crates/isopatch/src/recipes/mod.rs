@@ -3,6 +3,8 @@
 //! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
+//! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 mod differentiable;
