@@ -8,6 +8,8 @@ use crate::mesh::{EdgeId, HalfEdgeMesh, VertexId};
 pub enum EdgeFeature {
     /// The surface is smooth across it.
     Smooth,
+    /// The surfaces on both sides meet there with different normals.
+    Sharp,
     /// The surface ends there.
     Boundary,
 }
@@ -43,14 +45,7 @@ impl BaseMesh {
                 (jet.gradient.normalize(), jet.curvature_tensor())
             })
             .unzip();
-        let features = mesh
-            .edges()
-            .map(|e| match mesh.twin(mesh.edge_half_edge(e)) {
-                Some(_) => EdgeFeature::Smooth,
-                None => EdgeFeature::Boundary,
-            })
-            .collect();
-        Self { mesh, positions, normals, curvatures, features, clip: None, frozen_diagonal: None }
+        Self::from_parts(mesh, positions, normals, curvatures)
     }
 
     /// The sides of the box in which a boundary edge lies: those of both its ends. None of an edge inside.

@@ -1,6 +1,6 @@
-//! The symmetric thin-plate energy of a Bézier triangle, and the interior that minimises it.
+//! Symmetric energies of a Bézier triangle, and the control points that minimise them.
 
-use super::{index, triangle};
+use super::{curve, index, triangle};
 use crate::numeric::quadrature::triangle_gauss;
 use nalgebra::{DMatrix, DVector};
 
@@ -11,38 +11,58 @@ use nalgebra::{DMatrix, DVector};
 /// corner comes first. Tong & Kim 2009, eq. (13), is the same integral in (u, v), which is not symmetric
 /// (PAPERS.md, misprints and deviations).
 pub fn thin_plate(n: usize) -> DMatrix<f64> {
+    variation(n, 2)
+}
+
+/// Matrix of ∫ |∇ᵏ b|², k = `order`, of a net of degree n, over the same domain: all partial derivatives of order k count,
+/// so that the energy does not depend on the direction of the axes either.
+pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
     // Sum-zero barycentric directions along an edge of length 1 and perpendicular to it.
     let x = [-1.0, 1.0, 0.0];
     let y = [-1.0, -1.0, 2.0].map(|c| c / 3f64.sqrt());
     let mut energy = DMatrix::zeros(index::count(n), index::count(n));
-    // Squares of second derivatives have degree 2 (n − 2).
+    // Squares of derivatives of second or higher order have degree 2 (n − 2) at most.
     for (uvw, weight) in triangle_gauss(n) {
-        for (a, b, factor) in [(x, x, 1.0), (x, y, 2.0), (y, y, 1.0)] {
-            let row = second_derivative(n, uvw, a, b);
-            energy.ger(weight * factor, &row, &row, 1.0);
+        for by_y in 0..=order {
+            let directions: Vec<[f64; 3]> =
+                (0..order).map(|i| if i < order - by_y { x } else { y }).collect();
+            let row = derivative(n, uvw, &directions);
+            energy.ger(weight * curve::binomial(order, by_y), &row, &row, 1.0);
         }
     }
     energy
 }
 
-fn second_derivative(n: usize, uvw: [f64; 3], a: [f64; 3], b: [f64; 3]) -> DVector<f64> {
-    DVector::from_vec(triangle::differentiate_row(n, &triangle::derivative_basis(n - 1, uvw, b), a))
+/// The derivative of a net of degree n by several directions at a point, as a row.
+fn derivative(n: usize, uvw: [f64; 3], directions: &[[f64; 3]]) -> DVector<f64> {
+    let lowest = n - directions.len();
+    let row =
+        directions.iter().rev().enumerate().fold(triangle::basis(lowest, uvw), |row, (i, direction)| {
+            triangle::differentiate_row(lowest + i + 1, &row, *direction)
+        });
+    DVector::from_vec(row)
 }
 
 /// The matrix that gives the interior control points of least thin-plate energy from the boundary ones:
 /// (interior) × (boundary), both in net order. Its rows sum to one.
 pub fn thin_plate_fill(n: usize) -> DMatrix<f64> {
-    let energy = thin_plate(n);
-    let (boundary, interior): (Vec<_>, Vec<_>) = index::indices(n).partition(|ijk| index::is_boundary(*ijk));
+    fill(n, 2, |ijk| !index::is_boundary(ijk))
+}
+
+/// The matrix that gives the control points that are `free`, with the least [`variation`] of the given order, from the
+/// others: (free) × (others), both in net order. Zero if the others do not determine them.
+///
+/// Polynomials of a degree below the order are reproduced.
+pub fn fill(n: usize, order: usize, free: impl Fn([usize; 3]) -> bool) -> DMatrix<f64> {
+    let energy = variation(n, order);
+    let (free, others): (Vec<_>, Vec<_>) = index::indices(n).partition(|ijk| free(*ijk));
     let block = |rows: &[[usize; 3]], columns: &[[usize; 3]]| {
         DMatrix::from_fn(rows.len(), columns.len(), |r, c| {
             energy[(index::position(rows[r]), index::position(columns[c]))]
         })
     };
-    let solved = block(&interior, &interior).lu().solve(&block(&interior, &boundary));
-    // The interior block is positive definite: only linear functions have no energy, and those that vanish on
-    // the boundary are zero.
-    -solved.unwrap_or_else(|| DMatrix::zeros(interior.len(), boundary.len()))
+    let solved = block(&free, &free).lu().solve(&block(&free, &others));
+    -solved.unwrap_or_else(|| DMatrix::zeros(free.len(), others.len()))
 }
 
 #[cfg(test)]

@@ -35,6 +35,15 @@ pub fn area_weighted(mesh: &HalfEdgeMesh, positions: &[Point3]) -> Vec<Vec3> {
     weighted(mesh, positions, |a, b| a.cross(b).norm())
 }
 
+/// Mean of the area vectors of the faces around each vertex, each divided by the squares of both sides that meet there;
+/// zero where it vanishes.
+///
+/// Max, Weights for computing vertex normals from facet normals, 1999. Exact where a closed ring lies on a sphere with
+/// the vertex.
+pub fn sphere_exact(mesh: &HalfEdgeMesh, positions: &[Point3]) -> Vec<Vec3> {
+    weighted(mesh, positions, |a, b| a.cross(b).norm() / (a.norm_squared() * b.norm_squared()))
+}
+
 /// Normals of the limit of Loop subdivision, by the tangent masks at the vertices and at the boundary.
 ///
 /// The choice of Xu, Huang & Bajaj 2001. Where the two tangents are parallel, and where the result points against the

@@ -6,7 +6,7 @@ mod quartic;
 mod reduced;
 mod section;
 
-pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_edges, fit_quartics};
+pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_edges, fit_quartics, interpolate_edges};
 
 #[cfg(test)]
 mod tests;

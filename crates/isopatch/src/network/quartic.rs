@@ -171,6 +171,24 @@ pub fn fit_edges(
     Ok(batches?.concat())
 }
 
+/// One boundary curve for each of some edges from the data at its ends alone, for a surface of which nothing else is known: the fit
+/// (9) to the quintic curve with the positions, tangents and normal curvatures of both ends.
+pub fn interpolate_edges(
+    base: &BaseMesh,
+    edges: &[EdgeId],
+    options: &CurveOptions,
+) -> Vec<Result<QuarticCurve, CurveError>> {
+    edges
+        .par_iter()
+        .with_min_len(BATCH)
+        .map(|edge| {
+            let ends = Ends::of(base, *edge, options)?;
+            let fit = ends.fit(TABLE.t.map(|t| ends.hermite_point(t)), options);
+            ends.finish(base, *edge, &fit, options)
+        })
+        .collect()
+}
+
 fn fit_batch(
     base: &BaseMesh,
     target: &dyn Target,

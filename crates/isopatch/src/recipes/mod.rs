@@ -4,6 +4,7 @@
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
+//! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
@@ -11,6 +12,7 @@ pub mod apatch;
 mod differentiable;
 mod finish;
 mod least;
+pub mod mesh_spline;
 mod patchwork;
 mod refine;
 mod rounds;

@@ -148,7 +148,7 @@ pub fn rebuild(
 }
 
 /// Nets whose boundary rows are the curves, elevated from degree 4 to 7 once for both sides; the rest is zero.
-fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point3; NET]> {
+pub(super) fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point3; NET]> {
     let elevated: Vec<[Point3; DEGREE + 1]> = curves.iter().map(curve::elevate).collect();
     mesh.faces()
         .map(|f| {
@@ -166,7 +166,7 @@ fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point
 }
 
 /// λ0 and μ0 of every dart, by (15); zero for darts on a boundary.
-fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
+pub(super) fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
     let mut weights = vec![EndWeights::default(); 2 * curves.len()];
     for v in base.mesh.vertices() {
         let ring = Ring::of(&base.mesh, v);
@@ -194,7 +194,7 @@ fn twist_position(mesh: &HalfEdgeMesh, h: HalfEdgeId) -> usize {
 }
 
 /// Solves the vertex systems, puts the twist points into the nets, and gives μ1 of every dart.
-fn solve_vertices(
+pub(super) fn solve_vertices(
     base: &BaseMesh,
     curves: &[[Point3; 5]],
     weights: &[EndWeights],
@@ -252,7 +252,7 @@ fn rows_of(kept: &[Option<EdgeSolution>], e: EdgeId) -> Option<EdgeSolution> {
 }
 
 /// Solves the edge systems and puts the inner points of the first rows into the nets.
-fn solve_edges(
+pub(super) fn solve_edges(
     mesh: &HalfEdgeMesh,
     curves: &[[Point3; 5]],
     weights: &[EndWeights],

@@ -5,10 +5,14 @@
 
 mod build;
 pub mod edge;
+mod fill;
 pub mod fit;
+mod folds;
 mod relaxation;
 mod surface;
 pub mod vertex;
 
 pub use build::{SplineError, SplineOptions, build, rebuild};
+pub use fill::fill;
+pub use folds::normal_deviations;
 pub use surface::{DEGREE, NET, TriangularSpline};

@@ -283,6 +283,7 @@ fn features(mesh: &HalfEdgeMesh, codes: &[u8]) -> Result<Vec<EdgeFeature>, Nativ
         match (code, mesh.twin(mesh.edge_half_edge(e))) {
             (0, Some(_)) => Ok(EdgeFeature::Smooth),
             (1, None) => Ok(EdgeFeature::Boundary),
+            (2, Some(_)) => Ok(EdgeFeature::Sharp),
             _ => Err(NativeError::Feature { edge: e.index(), code }),
         }
     };

@@ -73,6 +73,7 @@ fn feature_code(feature: EdgeFeature) -> u8 {
     match feature {
         EdgeFeature::Smooth => 0,
         EdgeFeature::Boundary => 1,
+        EdgeFeature::Sharp => 2,
     }
 }
 

@@ -1,0 +1,227 @@
+//! The G1 spline of Tong & Kim 2009 through the vertices of a triangle mesh, for solids that a CAD program can read.
+//!
+//! ```text
+//! polygons ──► triangles ──► pieces ──► normals, tensors ──► curves ──► patches ──► no fold ──► surface
+//!              mesh::prepare    ▲         ▲    estimate,                  spline::     │
+//!                               │         │    compatible                 fill         │ folds
+//!                               │         └── rounds: other normals and tensors ───────┤
+//!                               └──────────── more sharp edges ────────────────────────┘
+//! ```
+//!
+//! There is no surface to fit to: normals and curvature tensors are estimated at the vertices, the curves interpolate
+//! them, and the patches are filled between the curves as smoothly as the G1 conditions let them be. The surface has one patch a
+//! face, goes through all vertices, and is G1 but across sharp edges. Sharp edges are those that were asked for, and
+//! those across which no smooth surface could be made that does not fold; the latter are listed among the repairs.
+
+mod cut;
+mod pieces;
+mod rim;
+mod sharpen;
+mod visible;
+
+use crate::base::{EdgeFeature, Repair};
+use crate::geom::Point3;
+use crate::io::read::PolygonMesh;
+use crate::mesh::{
+    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared,
+    TooManyCorners, Triangles, VertexId, creases,
+};
+use crate::network::CurveOptions;
+use crate::report::Seconds;
+use crate::spline::TriangularSpline;
+use pieces::{Attempt, Maker};
+use sharpen::Sharpness;
+
+/// What the recipe is given besides the mesh. The default is a good choice for smooth meshes.
+#[derive(Clone, Debug)]
+pub struct MeshSplineRecipe {
+    /// Repairs of the mesh.
+    pub prepare: PrepareOptions,
+    /// Edges whose faces have normals that differ by more than this many radians are sharp; none for no sharp edges but
+    /// those that are needed.
+    pub crease_angle: Option<f64>,
+    /// Boundary curves; of these options, only those of the first fit count.
+    pub curves: CurveOptions,
+    /// Most times that normals and curvature tensors are changed because patches fold. Default 4.
+    pub rounds: usize,
+    /// Most times that more edges become sharp because patches still fold; with 0, a fold is an error. Default 20.
+    pub sharpenings: usize,
+}
+
+impl Default for MeshSplineRecipe {
+    fn default() -> Self {
+        Self {
+            prepare: PrepareOptions::default(),
+            crease_angle: None,
+            curves: CurveOptions::default(),
+            rounds: 4,
+            sharpenings: 20,
+        }
+    }
+}
+
+/// A finished surface.
+#[derive(Clone, Debug)]
+pub struct FittedMeshSpline {
+    /// The surface: patch i over triangle i.
+    pub surface: TriangularSpline,
+    /// Number that each triangle has in the mesh as it is given; those of a polygon have the same.
+    pub face_source: Vec<u32>,
+    /// Number that each vertex has there.
+    pub vertex_source: Vec<u32>,
+    /// Number of sharp edges.
+    pub sharp_edges: usize,
+    /// Largest angle between the normal of each patch and the blended normals of its corners, in radians: below π/2, as no
+    /// patch folds.
+    pub normal_deviations: Vec<f64>,
+    /// What was changed, in the numbers of the mesh as it is given.
+    pub repairs: Vec<Repair>,
+    /// Time of each stage.
+    pub seconds: Seconds,
+}
+
+/// Why there is no surface. Vertices and faces have the numbers of the mesh as it is given.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshSplineError {
+    /// The mesh can't be repaired.
+    #[error(transparent)]
+    Mesh(#[from] MeshFault),
+    /// A face has too many corners.
+    #[error(transparent)]
+    Corners(#[from] TooManyCorners),
+    /// The triangles into which polygons were cut, or the pieces between sharp edges, are no manifold.
+    #[error("its triangles are no manifold: {0}")]
+    Triangles(#[from] MeshError),
+    /// Edges have no curve with the normals and curvatures of their ends, or no G1 patches beside them.
+    #[error("no smooth surface is possible along {} edges: {}", edges.len(), named(edges.iter().map(|[a, b]| Place::Edge(*a, *b))))]
+    NoCurve {
+        /// Their ends.
+        edges: Vec<[u32; 2]>,
+    },
+    /// Patches fold over, whatever was tried.
+    #[error("{} patches fold over: {}", faces.len(), named(faces.iter().map(|f| Place::Face(*f))))]
+    Folded {
+        /// Their faces.
+        faces: Vec<u32>,
+    },
+}
+
+/// Places that a text names before it only counts.
+const NAMED_PLACES: usize = 10;
+
+fn named(places: impl ExactSizeIterator<Item = Place>) -> String {
+    let more = if places.len() > NAMED_PLACES { ", …" } else { "" };
+    places.take(NAMED_PLACES).map(|p| p.to_string()).collect::<Vec<_>>().join(", ") + more
+}
+
+/// The spline through the vertices of a mesh; `progress` is told the name of each stage as it starts.
+///
+/// Linear time for each round. Closed and open meshes of any number of components; boundaries are curves through their
+/// vertices.
+pub fn fit(
+    given: &PolygonMesh,
+    recipe: &MeshSplineRecipe,
+    progress: &dyn Fn(&str),
+) -> Result<FittedMeshSpline, MeshSplineError> {
+    let mut seconds = Seconds::default();
+    progress("mesh");
+    let base = seconds.measure("mesh", || triangles(given, &recipe.prepare))?;
+    let (mesh, positions) = (&base.mesh, &base.positions[..]);
+    let edges = match recipe.crease_angle {
+        Some(angle) => creases::by_angle(mesh, positions, angle),
+        None => vec![false; mesh.edge_count()],
+    };
+    let mut sharpness = Sharpness { edges, corners: vec![false; mesh.vertex_count()] };
+    let asked = sharpness.edges.clone();
+    let maker = Maker { whole: mesh, positions, curves: &recipe.curves, rounds: recipe.rounds };
+    let mut left = recipe.sharpenings;
+    let (made, moved) = loop {
+        progress("patches");
+        let Attempt { made, failed, moved } = maker.attempt(&sharpness, &mut seconds)?;
+        let folded = match made {
+            Some(made) if made.folded.is_empty() => break (made, moved),
+            Some(made) => made.folded,
+            None => Vec::new(),
+        };
+        if left == 0 || !sharpness.sharpen(mesh, positions, &folded, &failed) {
+            return Err(base.error(&folded, &failed));
+        }
+        left -= 1;
+    };
+    let mut repairs = base.repairs.clone();
+    repairs.extend(base.moved(&moved));
+    repairs.extend(base.sharpened(&sharpness.edges, &asked));
+    let normal_deviations = made.deviations.clone();
+    let surface = made.joined(mesh, positions);
+    let sharp_edges = surface.base.features.iter().filter(|f| **f == EdgeFeature::Sharp).count();
+    let Triangulated { face_source, vertex_source, .. } = base;
+    Ok(FittedMeshSpline {
+        surface,
+        face_source,
+        vertex_source,
+        sharp_edges,
+        normal_deviations,
+        repairs,
+        seconds,
+    })
+}
+
+/// An oriented manifold of triangles, and what became of the mesh on the way.
+struct Triangulated {
+    mesh: HalfEdgeMesh,
+    positions: Vec<Point3>,
+    /// Number that each vertex and each triangle has in the mesh as it is given.
+    vertex_source: Vec<u32>,
+    face_source: Vec<u32>,
+    repairs: Vec<Repair>,
+}
+
+fn triangles(given: &PolygonMesh, options: &PrepareOptions) -> Result<Triangulated, MeshSplineError> {
+    let Prepared { positions, faces, vertex_source, face_source, repairs, .. } =
+        mesh::prepare(&given.positions, &given.faces, options)?;
+    let polygons: Vec<Place> =
+        (0..faces.len()).filter(|f| faces[*f].len() > 3).map(|f| Place::Face(face_source[f])).collect();
+    let in_input = |error: TooManyCorners| TooManyCorners { face: face_source[error.face as usize], ..error };
+    let Triangles { faces, source } = mesh::triangulate(&positions, &faces).map_err(in_input)?;
+    let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces)?;
+    let mut repairs: Vec<Repair> = repairs
+        .iter()
+        .map(|r| Repair { what: r.what(), place: r.place(), why: r.kind.why().to_owned() })
+        .collect();
+    repairs.extend(word("polygons cut into triangles", &polygons, "patches are over triangles"));
+    let face_source = source.into_iter().map(|f: FaceId| face_source[f.index()]).collect();
+    Ok(Triangulated { mesh, positions, vertex_source, face_source, repairs })
+}
+
+/// A line of the report; none if there are no places.
+fn word(what: &str, places: &[Place], why: &str) -> Option<Repair> {
+    let count = places.len();
+    let place = named(places.iter().copied());
+    (count > 0).then(|| Repair { what: format!("{what}: {count}"), place, why: why.to_owned() })
+}
+
+impl Triangulated {
+    fn ends(&self, e: EdgeId) -> [u32; 2] {
+        let h = self.mesh.edge_half_edge(e);
+        [self.mesh.origin(h), self.mesh.dest(h)].map(|v| self.vertex_source[v.index()])
+    }
+
+    fn moved(&self, vertices: &[VertexId]) -> Option<Repair> {
+        let places: Vec<Place> =
+            vertices.iter().map(|v| Place::Vertex(self.vertex_source[v.index()])).collect();
+        word("normals moved", &places, "they did not see the faces around them, or patches there folded")
+    }
+
+    fn sharpened(&self, sharp: &[bool], asked: &[bool]) -> Option<Repair> {
+        let added = self.mesh.edges().filter(|e| sharp[e.index()] && !asked[e.index()]);
+        let places: Vec<Place> = added.map(|e| self.ends(e)).map(|[a, b]| Place::Edge(a, b)).collect();
+        word("edges made sharp", &places, "smooth patches folded there")
+    }
+
+    fn error(&self, folded: &[FaceId], failed: &[EdgeId]) -> MeshSplineError {
+        if folded.is_empty() {
+            return MeshSplineError::NoCurve { edges: failed.iter().map(|e| self.ends(*e)).collect() };
+        }
+        MeshSplineError::Folded { faces: folded.iter().map(|f| self.face_source[f.index()]).collect() }
+    }
+}
