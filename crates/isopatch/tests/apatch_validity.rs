@@ -165,12 +165,16 @@ fn assert_tessellation(name: &str, surface: &APatchSurface) -> Tessellation {
     let edges = (uses.len() + border) / 2;
     let euler = mesh.positions.len() as i64 - edges as i64 + mesh.triangles.len() as i64;
     assert_eq!(euler, base.euler_number(), "{name}");
+    mesh
+}
+
+/// Every triangle faces the way of the normals at its corners, those on its own side of a crease.
+fn assert_normals(name: &str, mesh: &Tessellation) {
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
         let normal: Vec3 = mesh.normal_numbers(t).iter().map(|n| mesh.normals[*n as usize]).sum();
         assert!((b - a).cross(&(c - a)).dot(&normal) > -1e-13, "{name}: triangle {t}");
     }
-    mesh
 }
 
 fn assert_valid(name: &str, surface: &APatchSurface, n: usize) -> Tessellation {
@@ -203,6 +207,7 @@ fn a_cube_stays_a_cube() {
     let counts = cube.crease_counts();
     assert_eq!((counts.straight, counts.curved), (12, 0));
     let mesh = assert_valid("cube", &cube, 20);
+    assert_normals("cube", &mesh);
     assert_vertices("cube", &cube, 1e-3, 1e-12);
     assert!(mesh.positions.iter().all(|p| p.iter().any(|c| *c == 0.0 || *c == 1.0)));
     assert!((mesh.signed_volume() - 1.0).abs() < 1e-14);
@@ -235,6 +240,7 @@ fn a_cylinder_has_flat_ends_and_a_smooth_side() {
     let counts = cylinder.crease_counts();
     assert_eq!((counts.straight, counts.curved), (0, 2 * N as usize));
     let mesh = assert_valid("cylinder", &cylinder, 20);
+    assert_normals("cylinder", &mesh);
     assert_vertices("cylinder", &cylinder, 1e-5, 0.01);
     for (triangle, patch) in mesh.triangles.iter().zip(&mesh.patches) {
         for p in triangle.map(|v| mesh.positions[v as usize]) {
@@ -281,6 +287,7 @@ fn a_plate_with_a_round_hole_is_flat_and_round() {
     let counts = plate.crease_counts();
     assert_eq!((counts.straight, counts.curved), (2 * N as usize + 4, 2 * N as usize));
     let mesh = assert_valid("plate", &plate, 20);
+    assert_normals("plate", &mesh);
     for (triangle, patch) in mesh.triangles.iter().zip(&mesh.patches) {
         for p in triangle.map(|v| mesh.positions[v as usize]) {
             match patch.0 / (2 * N) {
