@@ -147,7 +147,7 @@ impl Turn {
             }
             let product = area.dot(&(n_a + n_b + n_c)) / (3.0 * size);
             let between = n_a.dot(&n_b).min(n_b.dot(&n_c)).min(n_c.dot(&n_a));
-            turn.folds |= !(product > 0.0);
+            turn.folds |= product.is_nan() || product <= 0.0;
             turn.suspect |= !(product > SUSPECT && between > SUSPECT);
         }
         turn
