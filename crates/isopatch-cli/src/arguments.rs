@@ -120,6 +120,10 @@ pub struct FitOptions {
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
+    /// Instead of that, the largest height of the surface over its flat triangles, as a share of the diagonal (measured)
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::positive, conflicts_with = "resolution")]
+    pub chord: Option<f64>,
+
     /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
@@ -260,6 +264,10 @@ pub struct Convert {
     /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
+
+    /// Instead of that, the largest height of the surface over its flat triangles, as a share of the diagonal (measured)
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::positive, conflicts_with = "resolution")]
+    pub chord: Option<f64>,
 
     /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]

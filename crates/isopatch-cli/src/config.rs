@@ -108,6 +108,10 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
     let sized = typed.faces.is_some() || typed.tol.is_some() || typed.base.is_some();
     let (faces, tol, base) =
         if sized { (typed.faces, typed.tol, typed.base) } else { (filed.faces, filed.tol, filed.base) };
+    let (resolution, chord) = match (typed.resolution, typed.chord) {
+        (None, None) => (filed.resolution, filed.chord),
+        typed => typed,
+    };
     FitOptions {
         output: if typed.output.is_empty() { filed.output } else { typed.output },
         method: typed.method.or(filed.method),
@@ -123,7 +127,8 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         gradient_lengths: typed.gradient_lengths.or(filed.gradient_lengths),
         crease_angle: typed.crease_angle.or(filed.crease_angle),
         free: typed.free.or(filed.free),
-        resolution: typed.resolution.or(filed.resolution),
+        resolution,
+        chord,
         cells: typed.cells.or(filed.cells),
         unit: typed.unit.or(filed.unit),
         report: typed.report.or(filed.report),
@@ -169,6 +174,13 @@ mod tests {
         assert_eq!(options.free, Some(FreeValues::All(2.5)));
         assert_eq!(options.set, ["a=0.25"]);
         assert!(options.quiet);
+    }
+
+    #[test]
+    fn a_typed_chord_replaces_a_filed_resolution() {
+        let (typed, filed) = (parse("chord = 1e-4").unwrap(), parse("resolution = 4").unwrap());
+        let merged = merge(typed, filed);
+        assert_eq!((merged.chord, merged.resolution), (Some(1e-4), None));
     }
 
     #[test]

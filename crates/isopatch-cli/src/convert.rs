@@ -11,6 +11,6 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
     if model.a_patches().is_some() {
         outputs::check_a_patches(&arguments.output, arguments.cells)?;
     }
-    let style = Style { resolution: arguments.resolution, cells: arguments.cells };
+    let style = Style::new(arguments.resolution, arguments.chord, arguments.cells);
     outputs::write_all(&model, &arguments.output, &style)
 }

@@ -66,6 +66,10 @@ pub enum Failure {
         "the distance is {distance:.2e} of the diagonal with {patches} patches; --tol {tolerance:e} was not reached, and no file is written"
     )]
     Tolerance { distance: f64, tolerance: f64, patches: usize },
+    #[error(
+        "--chord {0:e} asks for more flat triangles than a file can hold: give a larger one, or --resolution"
+    )]
+    Chord(f64),
     #[error("interrupted")]
     Interrupted,
 }
@@ -92,6 +96,7 @@ impl Failure {
             | Self::Tessellate(_)
             | Self::Report(_)
             | Self::Threads(..)
+            | Self::Chord(_)
             | Self::Handler(_) => EXIT_INPUT,
             Self::Tolerance { .. } => EXIT_TOLERANCE,
             Self::Interrupted => EXIT_INTERRUPTED,

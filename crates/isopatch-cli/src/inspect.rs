@@ -2,7 +2,7 @@
 
 use crate::arguments::Inspect;
 use crate::failure::{Failure, print};
-use crate::fit::describe;
+use crate::fit::{describe, weakest};
 use crate::input::Input;
 use crate::making;
 use crate::summary::summary;
@@ -14,7 +14,6 @@ use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect, inspect_a
 use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
 use isopatch::report::{self, APatchReport, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
 use isopatch::spline::TriangularSpline;
-use isopatch::surface::Continuity;
 use std::fs::File;
 use std::path::Path;
 
@@ -41,14 +40,17 @@ fn of_spline(
             let input = Input::new(text, &arguments.set)?;
             (Some(outward(input.formula, &spline.base)), input.bounds)
         }
-        None => (making::formula(provenance), None),
+        None if making::is_of_mesh(provenance) => (None, None),
+        None => match making::formula(provenance) {
+            Some(formula) => (Some(formula), None),
+            None => return Err(Failure::NoFormula(arguments.file.clone())),
+        },
     };
-    let formula = formula.ok_or_else(|| Failure::NoFormula(arguments.file.clone()))?;
     // Where the surface was cut off, nothing is missing.
     let region = spline.base.clip.as_ref().map(|clip| clip.bounds).or(region);
     let options = InspectOptions { region, ..Default::default() };
-    let inspection =
-        seconds.measure("inspection", || inspect(spline, &spline.base, Some(&formula), &options));
+    let field = formula.as_ref().map(|formula| formula as &dyn Field);
+    let inspection = seconds.measure("inspection", || inspect(spline, &spline.base, field, &options));
     Ok(Report {
         schema: SCHEMA,
         input: arguments.file.display().to_string(),
@@ -60,7 +62,7 @@ fn of_spline(
         diagonal: inspection.diagonal,
         bounds: report::corners(&spline.base.bounds()),
         base: BaseReport::new(&inspection),
-        surface: SurfaceReport::new(&inspection, "bezier-triangle-7", Continuity::G1),
+        surface: SurfaceReport::new(&inspection, "bezier-triangle-7", weakest(spline)),
         spline: None,
         apatch: None,
         repairs: Vec::new(),

