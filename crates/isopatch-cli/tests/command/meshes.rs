@@ -187,8 +187,9 @@ fn a_mesh_becomes_a_step_file() {
     assert!(number(&written, "/surface/max_normal_jump_rad") < 1e-12);
     assert!(number(&written, "/surface/max_vertex_error") < 1e-15);
     folder.run(&["inspect", "a.isopatch"]).assert_done();
-    folder.run(&["convert", "a.isopatch", "b.step"]).assert_done();
-    assert_eq!(fs::read(folder.path("a.step")).unwrap(), fs::read(folder.path("b.step")).unwrap());
+    let step = fs::read(folder.path("a.step")).unwrap();
+    folder.run(&["convert", "a.isopatch", "a.step"]).assert_done();
+    assert!(fs::read(folder.path("a.step")).unwrap() == step, "the converted file differs");
     // A cube with sharp edges is flat.
     fs::write(folder.path("cube.off"), CUBE).unwrap();
     let line = ["fit", "cube.off", "--crease-angle", "60", "-o", "c.step", "--report", "r.json"];
