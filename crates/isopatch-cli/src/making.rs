@@ -30,6 +30,21 @@ struct Making {
     crease_angle: Option<f64>,
 }
 
+fn provenance(
+    making: &Making,
+    source: String,
+    options: &FitOptions,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    Ok(Provenance {
+        options: serde_json::to_string(making)?,
+        source,
+        unit: options.unit.unwrap_or_default(),
+        diagonal,
+        ..Default::default()
+    })
+}
+
 /// What a native file says about a surface that was just made from a formula.
 pub fn of_formula(
     input: &Input,
@@ -45,13 +60,7 @@ pub fn of_formula(
         r#box: Some(report::corners(&fitted.bounds)),
         ..Making::default()
     };
-    Ok(Provenance {
-        options: serde_json::to_string(&making)?,
-        source: input.formula.text().to_owned(),
-        unit: options.unit.unwrap_or_default(),
-        diagonal,
-        ..Default::default()
-    })
+    provenance(&making, input.formula.text().to_owned(), options, diagonal)
 }
 
 /// What a native file says about a surface that was just made from the mesh of a file.
@@ -64,13 +73,7 @@ pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result
         crease_angle: options.crease_angle,
         ..Making::default()
     };
-    Ok(Provenance {
-        options: serde_json::to_string(&making)?,
-        source: input.to_owned(),
-        unit: options.unit.unwrap_or_default(),
-        diagonal: fitted.surface.function().hull().data().diagonal(),
-        ..Default::default()
-    })
+    provenance(&making, input.to_owned(), options, fitted.surface.function().hull().data().diagonal())
 }
 
 /// What a native file says about a spline that was just made through the vertices of a mesh file.
@@ -81,13 +84,7 @@ pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Resul
         crease_angle: options.crease_angle,
         ..Making::default()
     };
-    Ok(Provenance {
-        options: serde_json::to_string(&making)?,
-        source: input.to_owned(),
-        unit: options.unit.unwrap_or_default(),
-        diagonal,
-        ..Default::default()
-    })
+    provenance(&making, input.to_owned(), options, diagonal)
 }
 
 /// The figures of A-patches, with what the file says about their making.
