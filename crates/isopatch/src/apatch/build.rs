@@ -50,7 +50,7 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
         if changed.is_empty() {
             break;
         }
-        among = Patches::around(&function, &changed);
+        among = Patches::around(&function, &changed).with(folded);
     }
     function.with_free(&options.free)
 }

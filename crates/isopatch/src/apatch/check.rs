@@ -11,11 +11,14 @@ use rayon::prelude::*;
 const FINE: usize = 20;
 
 /// Intervals of the grid that says which patches are looked at on the fine one.
-const COARSE: usize = 5;
+const COARSE: usize = 4;
+
+/// The rows of the fine grid over an edge that are in the coarse one: more near its ends, where patches bend most.
+const COARSE_ROWS: [usize; 9] = [0, 1, 2, 6, 10, 14, 18, 19, 20];
 
 /// A patch is looked at closely if some triangle of the coarse grid has a normal, or normals at two corners, with a smaller
 /// product.
-const SUSPECT: f64 = 0.6;
+const SUSPECT: f64 = 0.75;
 
 /// Triangles with less area relative to the diagonal of the model and their longest side are lost in rounding.
 const ROUNDED: f64 = 1e-13;
@@ -29,9 +32,10 @@ pub(super) struct Patches {
 
 /// A grid of points with its triangles.
 struct Grid {
+    /// For faces with creases, with more points near the corners.
+    creased: (Vec<[f64; 3]>, Vec<[usize; 3]>),
     faces: FaceTable,
     edges: EdgeTable,
-    on_face: Vec<[f64; 3]>,
     face_triangles: Vec<[usize; 3]>,
     edge_triangles: Vec<[usize; 3]>,
 }
@@ -40,42 +44,47 @@ impl Grid {
     fn new(n: usize) -> Self {
         let on_face = triangle::lattice(n);
         let weight = |i: usize| i as f64 / n as f64;
+        let rows: Vec<usize> = if n < FINE { COARSE_ROWS.to_vec() } else { (0..=FINE).collect() };
+        let along = |i: usize| i as f64 / FINE as f64;
         let on_edge: Vec<[f64; 3]> =
-            (0..=n).flat_map(|i| (0..=n).map(move |j| [weight(n - i), weight(i), weight(j)])).collect();
-        let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
-        let inverted =
-            index::indices(n - 2).map(|[i, j, k]| [[i, j + 1, k + 1], [i + 1, j, k + 1], [i + 1, j + 1, k]]);
-        let face_triangles = upright.chain(inverted).map(|t| t.map(index::position)).collect();
+            rows.iter().flat_map(|i| (0..=n).map(move |j| [along(FINE - i), along(*i), weight(j)])).collect();
+        let face_triangles: Vec<[usize; 3]> = lattice_triangles(n).map(|t| t.map(index::position)).collect();
         let at = |i: usize, j: usize| i * (n + 1) + j;
-        let edge_triangles = (0..n)
+        let edge_triangles = (0..rows.len() - 1)
             .flat_map(|i| (0..n).map(move |j| (i, j)))
             .flat_map(|(i, j)| {
                 [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
             })
             .collect();
+        let mut creased = (on_face.clone(), face_triangles.clone());
+        if n < FINE {
+            (0..3).for_each(|corner| add_corner(&mut creased, corner));
+        }
         Self {
+            creased,
             faces: FaceTable::new(&on_face),
             edges: EdgeTable::new(&on_edge),
-            on_face,
             face_triangles,
             edge_triangles,
         }
     }
 
-    /// The smallest product of a normal with those at the corners, and of these with each other.
     fn on_face(&self, function: &APatchFunction, f: FaceId) -> Turn {
-        let mut points = Points::zeros(self.on_face.len());
-        let mut normals = Points::zeros(self.on_face.len());
-        match function.creased_face(f) {
-            Some(face) => self.on_face.iter().enumerate().for_each(|(i, x)| {
-                let nan = Vec3::repeat(f64::NAN);
-                let (point, normal) = face.sample(*x).map_or((nan, nan), |s| (s.point, s.normal));
-                points.set(i, point);
-                normals.set(i, normal);
-            }),
-            None => self.faces.evaluate(function, f, &mut out(&mut points, &mut normals)),
+        let Some(face) = function.creased_face(f) else {
+            let count = self.faces.len();
+            let (mut points, mut normals) = (Points::zeros(count), Points::zeros(count));
+            self.faces.evaluate(function, f, &mut out(&mut points, &mut normals));
+            return Turn::of(function, &points, &normals, &self.face_triangles);
+        };
+        let (at, triangles) = &self.creased;
+        let (mut points, mut normals) = (Points::zeros(at.len()), Points::zeros(at.len()));
+        for (i, x) in at.iter().enumerate() {
+            let nan = Vec3::repeat(f64::NAN);
+            let (point, normal) = face.sample(*x).map_or((nan, nan), |s| (s.point, s.normal));
+            points.set(i, point);
+            normals.set(i, normal);
         }
-        Turn::of(function, &points, &normals, &self.face_triangles)
+        Turn::of(function, &points, &normals, triangles)
     }
 
     fn on_edge(&self, function: &APatchFunction, e: EdgeId) -> Turn {
@@ -83,6 +92,30 @@ impl Grid {
         self.edges.evaluate(function, e, &mut out(&mut points, &mut normals));
         Turn::of(function, &points, &normals, &self.edge_triangles)
     }
+}
+
+/// Rows of triangles of the fine grid at a corner that are looked at in any case.
+const CORNER_ROWS: usize = 4;
+
+/// Adds the triangles of the fine grid at a corner.
+fn add_corner((points, triangles): &mut (Vec<[f64; 3]>, Vec<[usize; 3]>), corner: usize) {
+    let first = points.len();
+    let weight = |i: usize| i as f64 / FINE as f64;
+    for [i, j, k] in index::indices(CORNER_ROWS) {
+        let mut x = [0.0; 3];
+        x[corner] = weight(FINE - CORNER_ROWS + i);
+        (x[(corner + 1) % 3], x[(corner + 2) % 3]) = (weight(j), weight(k));
+        points.push(x);
+    }
+    triangles.extend(lattice_triangles(CORNER_ROWS).map(|t| t.map(|ijk| first + index::position(ijk))));
+}
+
+/// The small triangles of a lattice, counter-clockwise.
+fn lattice_triangles(n: usize) -> impl Iterator<Item = [[usize; 3]; 3]> {
+    let upright = index::indices(n - 1).map(|[i, j, k]| [[i + 1, j, k], [i, j + 1, k], [i, j, k + 1]]);
+    let inverted =
+        index::indices(n - 2).map(|[i, j, k]| [[i, j + 1, k + 1], [i + 1, j, k + 1], [i + 1, j + 1, k]]);
+    upright.chain(inverted)
 }
 
 fn out<'a>(points: &'a mut Points, normals: &'a mut Points) -> GridOut<'a> {
@@ -114,7 +147,7 @@ impl Turn {
             }
             let product = area.dot(&(n_a + n_b + n_c)) / (3.0 * size);
             let between = n_a.dot(&n_b).min(n_b.dot(&n_c)).min(n_c.dot(&n_a));
-            turn.folds |= !(product > 0.0);
+            turn.folds |= product.is_nan() || product <= 0.0;
             turn.suspect |= !(product > SUSPECT && between > SUSPECT);
         }
         turn
@@ -124,13 +157,18 @@ impl Turn {
 /// The patches among these that turn over; every patch is looked at closely if `closely` is set.
 pub(super) fn folded(function: &APatchFunction, among: &Patches, closely: bool) -> Patches {
     let (coarse, fine) = (Grid::new(COARSE), Grid::new(FINE));
-    let face =
-        |f: &FaceId| (closely || coarse.on_face(function, *f).suspect) && fine.on_face(function, *f).folds;
-    let edge =
-        |e: &EdgeId| (closely || coarse.on_edge(function, *e).suspect) && fine.on_edge(function, *e).folds;
+    let hull = function.hull();
+    let face = |f: &FaceId| {
+        (closely || hull.is_delicate(*f) || coarse.on_face(function, *f).suspect)
+            && fine.on_face(function, *f).folds
+    };
+    let edge = |e: &EdgeId| {
+        (closely || hull.is_delicate_edge(*e) || coarse.on_edge(function, *e).suspect)
+            && fine.on_edge(function, *e).folds
+    };
     Patches {
         faces: among.faces.par_iter().copied().filter(face).collect(),
-        edges: among.edges.par_iter().copied().filter(edge).collect(),
+        edges: among.edges.par_iter().copied().filter(|e| has_patch(function, *e) && edge(e)).collect(),
     }
 }
 
@@ -160,6 +198,17 @@ impl Patches {
         edges.sort_unstable();
         edges.dedup();
         Self { faces: near, edges }
+    }
+
+    /// These and others; those that have no patch any more are left out when they are looked at.
+    pub fn with(mut self, other: Self) -> Self {
+        self.faces.extend(other.faces);
+        self.edges.extend(other.edges);
+        self.faces.sort_unstable();
+        self.faces.dedup();
+        self.edges.sort_unstable();
+        self.edges.dedup();
+        self
     }
 
     pub fn is_empty(&self) -> bool {

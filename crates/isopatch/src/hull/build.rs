@@ -231,6 +231,19 @@ impl Hull {
         faces
     }
 
+    /// May the patch over a face turn over? If so it has to be looked at.
+    pub fn is_delicate(&self, f: FaceId) -> bool {
+        let mesh = self.data.mesh();
+        let leans = |e| crease::fault(&self.data, e, &crease::HARMLESS).is_some();
+        shear::corners_fold(&self.face_frame(f), &self.faces[f.index()])
+            || mesh.face_half_edges(f).map(|h| mesh.edge(h)).any(|e| self.data.is_crease(e) && leans(e))
+    }
+
+    /// May the patch over an edge turn over?
+    pub fn is_delicate_edge(&self, e: EdgeId) -> bool {
+        shear::crossing_folds(&self.data, &self.faces, e, self.edges[e.index()].class, HARMLESS_SHEAR)
+    }
+
     /// Corners and gradients of a face.
     pub fn face_frame(&self, f: FaceId) -> FaceFrame {
         frame(&self.data, f)
@@ -420,7 +433,7 @@ impl<'a> Builder<'a> {
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
-            let of_crease = || crease::fault(&self.data, *e).map(|(_, reason)| reason);
+            let of_crease = || crease::fault(&self.data, *e, &crease::WIDEST).map(|(_, reason)| reason);
             let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
             let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
             self.edges[e.index()] = edge;
@@ -453,8 +466,8 @@ impl<'a> Builder<'a> {
             let mut wanted: Vec<(FaceId, Side)> = Vec::new();
             for e in &edges {
                 let class = self.edges[e.index()].class;
-                let folds =
-                    round < RAISES_FOR_FOLDS && shear::crossing_folds(&self.data, &self.faces, *e, class);
+                let folds = round < RAISES_FOR_FOLDS
+                    && shear::crossing_folds(&self.data, &self.faces, *e, class, 0.0);
                 for side in Side::BOTH {
                     let low = |cell: &EdgeCell| {
                         cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
@@ -610,6 +623,9 @@ impl<'a> Builder<'a> {
         }
     }
 }
+
+/// Sines of the angles in patches that go through their edge above which these do not turn over.
+const HARMLESS_SHEAR: f64 = 0.6;
 
 /// How often apexes are raised so that a patch does not turn over; where that takes more, it makes the shape worse.
 const RAISES_FOR_FOLDS: usize = 5;

@@ -104,7 +104,7 @@ fn cut_edge(
 ) -> bool {
     let Some(pair) = builder.data.pair(e) else { return false };
     let mesh = builder.data.mesh();
-    if let Some((v, _)) = crease::fault(&builder.data, e) {
+    if let Some((v, _)) = crease::fault(&builder.data, e, &crease::WIDEST) {
         return cut_one_of(builder, &[v], reason, steps, rule);
     }
     let (ends, faces) = (pair.map(|h| mesh.origin(h)), pair.map(|h| mesh.face(h)));

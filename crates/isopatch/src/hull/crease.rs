@@ -81,17 +81,26 @@ impl HermiteMesh {
     }
 }
 
-/// A crease may leave its edge by no more than this (radians, 75°).
-const WIDEST_TURN: f64 = 1.309;
+/// A crease may leave its edge by no more than this (radians, 80°).
+const WIDEST_TURN: f64 = 1.396;
 
-/// How far a crease may turn into a face, as a part of the angle of the face there, if one or if both edges there are creases.
-const TURN_INTO_FACE: [f64; 2] = [0.7, 0.4];
+/// How far a crease may lean over the faces beside it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lean {
+    /// How far it may turn into a face, as a part of the angle of the face there, if one or if both edges there are creases.
+    turn: [f64; 2],
+    /// How deep its control points may be over a face, as a part of the height of the face over the edge.
+    depth: f64,
+}
 
-/// How deep the control points of a crease may be over a face, as a part of the height of the face over the edge.
-const DEPTH_IN_FACE: f64 = 0.4;
+/// With more the faces fold, or nearly.
+pub(super) const WIDEST: Lean = Lean { turn: [0.9, 0.6], depth: 0.6 };
+
+/// With less they don't.
+pub(super) const HARMLESS: Lean = Lean { turn: [0.6, 0.35], depth: 0.35 };
 
 /// What is wrong with the curve over a sharp edge: the faces beside it would fold. With the end where it is.
-pub(super) fn fault(data: &HermiteMesh, e: EdgeId) -> Option<(VertexId, Reason)> {
+pub(super) fn fault(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> Option<(VertexId, Reason)> {
     let curve = data.crease_curve(e).filter(|curve| !curve.is_straight)?;
     let (mesh, [h, g]) = (data.mesh(), data.pair(e)?);
     let [p, b, c, q] = curve.net;
@@ -106,8 +115,8 @@ pub(super) fn fault(data: &HermiteMesh, e: EdgeId) -> Option<(VertexId, Reason)>
         let into = third - third.dot(&along) * along;
         let depth = control.dot(&into) / into.norm_squared();
         let turn = (depth * into.norm()).atan2(control.dot(&along));
-        let part = TURN_INTO_FACE[usize::from(data.is_crease(mesh.edge(beside)))];
-        depth > DEPTH_IN_FACE || turn > part * angle_between(&edge, &third)
+        let part = limit.turn[usize::from(data.is_crease(mesh.edge(beside)))];
+        depth > limit.depth || turn > part * angle_between(&edge, &third)
     };
     ends.into_iter().find_map(|(v, [p, b, q], sides)| {
         let wide = angle_between(&(b - p), &(q - p)) > WIDEST_TURN;

@@ -23,8 +23,16 @@ impl Hull {
     /// Changes the hull where the patches over these faces and edges turn over: raises apexes, and if that has not helped, makes
     /// creases and corners. Also says which faces it changed; none if there is nothing left to do, or the rule is the paper's.
     pub fn relieved(self, faces: &[FaceId], edges: &[EdgeId]) -> (Self, Vec<FaceId>) {
+        let before = self.faces().to_vec();
         let (hull, changed) = altered(self, |builder, rule| relieve(builder, faces, edges, rule));
-        (hull, changed.unwrap_or_default())
+        let mut changed = changed.unwrap_or_default();
+        // Raising apexes and cutting vertices reaches farther than the faces that it was done for.
+        let moved =
+            before.iter().zip(hull.faces()).enumerate().filter(|(_, (before, after))| before != after);
+        changed.extend(moved.map(|(f, _)| FaceId::from(f)));
+        changed.sort_unstable();
+        changed.dedup();
+        (hull, changed)
     }
 }
 

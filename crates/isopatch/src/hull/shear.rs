@@ -56,8 +56,14 @@ const ACROSS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 ///
 /// To first order the points at a distance ±1 along the edge are ±V(y) on the two sides, in one plane. A strip between two rows of
 /// points is not turned over, however the rows lie, if V_A × V_B′ and V_A′ × V_B point the right way (A before the crossing, B
-/// behind it).
-pub(super) fn crossing_folds(data: &HermiteMesh, faces: &[HullFace], e: EdgeId, class: Class) -> bool {
+/// behind it): if the sines of their angles are above `least`.
+pub(super) fn crossing_folds(
+    data: &HermiteMesh,
+    faces: &[HullFace],
+    e: EdgeId,
+    class: Class,
+    least: f64,
+) -> bool {
     if class != Class::Nonconvex {
         return false;
     }
@@ -95,8 +101,6 @@ pub(super) fn crossing_folds(data: &HermiteMesh, faces: &[HullFace], e: EdgeId, 
     let (Some(outer), Some(inner)) = (rays(Side::Outer), rays(Side::Inner)) else { return false };
     let (before, behind) = if slope > 0.0 { (outer, inner) } else { (inner, outer) };
     let normal = x * left.n[*k] + z * left.n[(k + 1) % 3];
-    before
-        .iter()
-        .zip(&behind)
-        .any(|((a, a_y), (b, b_y))| a.cross(b_y).dot(&normal) <= 0.0 || a_y.cross(b).dot(&normal) <= 0.0)
+    let turned = |a: &Vec3, b: &Vec3| a.cross(b).dot(&normal) <= least * a.norm() * b.norm() * normal.norm();
+    before.iter().zip(&behind).any(|((a, a_y), (b, b_y))| turned(a, b_y) || turned(a_y, b))
 }

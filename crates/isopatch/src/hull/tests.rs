@@ -98,7 +98,8 @@ fn problems_name_their_element() {
     let message = hull.problems()[0].to_string();
     assert_eq!(message, "vertex 3: its normal does not see all faces around it");
     // The robust rule turns it.
-    let hull = build(data, &HullOptions::default());
+    let rule = ApexRule::Robust(RobustApexes { corners: false, ..RobustApexes::default() });
+    let hull = build(data, &HullOptions { rule, ..HullOptions::default() });
     assert!(hull.moved_normals().contains(&tip));
     let seen = |p: &Problem| matches!(p, Problem::Vertex { .. });
     assert!(!hull.problems().iter().any(seen), "{:?}", hull.problems());
