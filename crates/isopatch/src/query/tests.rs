@@ -177,7 +177,8 @@ fn points_of_the_surface_are_their_own_nearest() {
         for patch in surface.patches().step_by(7) {
             for uv in [[0.0, 0.4], [0.3, 0.0], [0.2, 0.3], [0.5, 0.5], [1e-9, 0.5]] {
                 let sample = surface.sample(patch, uv);
-                assert!(query.nearest(&sample.point).unwrap().distance < 1e-13, "{patch:?} {uv:?}");
+                let own = query.nearest(&sample.point).unwrap();
+                assert!(own.distance < 1e-13, "{patch:?} {uv:?} {own:?}");
                 for (step, inside) in [(1e-7, false), (-1e-7, true), (1e-3, false), (-1e-3, true)] {
                     let p = sample.point + step * sample.normal;
                     let found = query.nearest(&p).unwrap();
