@@ -7,6 +7,7 @@ use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
+use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
@@ -43,11 +44,8 @@ pub enum Failure {
     APatch { path: PathBuf, source: APatchError },
     #[error(transparent)]
     Free(#[from] FreeError),
-    #[error(
-        "{}: the spline method takes a formula, and a mesh only as its --base; --method apatch goes through a mesh, but not into a STEP file",
-        .0.display()
-    )]
-    MeshSpline(PathBuf),
+    #[error("{}: {source}", path.display())]
+    MeshSpline { path: PathBuf, source: MeshSplineError },
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
     #[error("--base {}: {source}", path.display())]
@@ -86,7 +84,7 @@ impl Failure {
             | Self::Recipe(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
-            | Self::MeshSpline(_)
+            | Self::MeshSpline { .. }
             | Self::Native { .. }
             | Self::Mesh { .. }
             | Self::NoFormula(_)

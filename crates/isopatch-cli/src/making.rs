@@ -70,6 +70,19 @@ pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result
     })
 }
 
+/// What a native file says about a spline that was just made through the vertices of a mesh file.
+pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Result<Provenance, Failure> {
+    let making =
+        Making { method: "spline".to_owned(), crease_angle: options.crease_angle, ..Making::default() };
+    Ok(Provenance {
+        options: serde_json::to_string(&making)?,
+        source: input.to_owned(),
+        unit: options.unit.unwrap_or_default(),
+        diagonal,
+        ..Default::default()
+    })
+}
+
 /// The figures of A-patches, with what the file says about their making.
 pub fn figures(provenance: &Provenance, figures: APatchReport) -> APatchReport {
     let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();

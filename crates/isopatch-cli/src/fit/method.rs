@@ -5,13 +5,12 @@ use crate::failure::Failure;
 use crate::input::Source;
 use crate::outputs;
 use isopatch::io::Format;
-use std::path::Path;
 
 /// Is there a method for the input and the outputs, and has every option a meaning for it?
 pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
     match source {
         Source::Formula(_) => check_formula(options),
-        Source::Mesh(path) => check_mesh(path, options),
+        Source::Mesh(_) => check_mesh(options),
     }
 }
 
@@ -24,7 +23,7 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
 
-fn check_mesh(path: &Path, options: &FitOptions) -> Result<(), Failure> {
+fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
     let step = options.output.iter().find(|file| file.format == Format::Step);
     match (options.method.unwrap_or(Method::Auto), step) {
         (Method::Auto | Method::Apatch, None) => {
@@ -35,9 +34,17 @@ fn check_mesh(path: &Path, options: &FitOptions) -> Result<(), Failure> {
             "{}: a STEP file can't hold A-patches; --method spline and --method auto make what it can hold",
             file.path.display()
         ))),
-        // The place for splines over meshes.
-        (Method::Auto | Method::Spline, _) => Err(Failure::MeshSpline(path.to_owned())),
+        (Method::Auto | Method::Spline, _) => {
+            refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
+        }
     }
+}
+
+/// Is a mesh to become a spline? Otherwise A-patches.
+pub fn is_spline(options: &FitOptions) -> bool {
+    let step = options.output.iter().any(|file| file.format == Format::Step);
+    options.method == Some(Method::Spline) || step
 }
 
 type Given = (&'static str, bool);
@@ -48,6 +55,15 @@ fn of_meshes(options: &FitOptions) -> [Given; 4] {
         ("--normals", options.normals.is_some()),
         ("--gradient-lengths", options.gradient_lengths.is_some()),
         ("--crease-angle", options.crease_angle.is_some()),
+        ("--free", options.free.is_some()),
+    ]
+}
+
+/// The options that only A-patches take.
+fn of_a_patches(options: &FitOptions) -> [Given; 3] {
+    [
+        ("--normals", options.normals.is_some()),
+        ("--gradient-lengths", options.gradient_lengths.is_some()),
         ("--free", options.free.is_some()),
     ]
 }

@@ -3,6 +3,7 @@
 mod formula;
 mod free;
 mod mesh;
+mod mesh_spline;
 mod method;
 
 use crate::arguments::{Fit, FitOptions};
@@ -35,6 +36,7 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     }
     match &source {
         Source::Formula(input) => formula::run(&arguments.input, input, &options),
+        Source::Mesh(path) if method::is_spline(&options) => mesh_spline::run(path, &options),
         Source::Mesh(path) => mesh::run(path, &options),
     }
 }

@@ -5,16 +5,15 @@
 //!              repairs                   normals, lengths
 //! ```
 
+use super::triangulated::{Sources, Triangulated, TriangulationError, word};
 use crate::apatch::{self, APatchFunction, APatchOptions, APatchSurface, Free};
 use crate::base::Repair;
-use crate::geom::{Point3, Vec3};
+use crate::geom::Vec3;
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared,
-    TooManyCorners, Triangles, VertexId, creases, gradient_lengths,
+    Place, PrepareOptions, creases, gradient_lengths,
     normals::{self, NormalRule},
-    place_names,
 };
 use crate::report::{APatchReport, Seconds};
 
@@ -101,15 +100,9 @@ pub struct FittedMesh {
 /// Why there is no surface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum APatchError {
-    /// The mesh can't be repaired.
+    /// The mesh can't be made an oriented manifold of triangles.
     #[error(transparent)]
-    Mesh(#[from] MeshFault),
-    /// A face has too many corners.
-    #[error(transparent)]
-    Corners(#[from] TooManyCorners),
-    /// The triangles into which polygons were cut are no manifold.
-    #[error("its polygons, cut into triangles, are no manifold: {0}")]
-    Triangles(MeshError),
+    Mesh(#[from] TriangulationError),
     /// The mesh has no positions or gradients that can be interpolated.
     #[error(transparent)]
     Data(#[from] HermiteError),
@@ -139,22 +132,22 @@ pub fn fit(
     check_free(mesh, &recipe.patches.free)?;
 
     progress("mesh");
-    let base = seconds.measure("mesh", || triangles(mesh, recipe))?;
+    let base = seconds.measure("mesh", || Triangulated::new(mesh, &recipe.prepare))?;
     progress("normals");
     let sharp = sharp_edges(&base, recipe);
     let (gradients, turned) = seconds.measure("normals", || gradients(mesh, &base, &sharp, recipe))?;
     progress("hull");
-    let data = HermiteMesh::with_creases(base.connectivity, base.positions, gradients, sharp)
-        .map_err(|error| in_numbers_of_the_input(error, &base.vertex_source, &base.face_source))?;
+    let Triangulated { mesh: triangles, positions, sources, mut repairs } = base;
+    let data = HermiteMesh::with_creases(triangles, positions, gradients, sharp)
+        .map_err(|error| in_numbers_of_the_input(error, &sources))?;
     let hull = seconds.measure("hull", || hull::build(data, &recipe.hull));
     progress("patches");
-    let free = of_triangles(&recipe.patches.free, &base.face_source);
+    let free = of_triangles(&recipe.patches.free, &sources.face);
     let options = APatchOptions { free, ..recipe.patches };
     let function = seconds.measure("patches", || apatch::build(hull, &options));
 
-    let mut repairs = base.repairs;
     repairs.extend(turned);
-    repairs.extend(problems(&function, &base.vertex_source, &base.face_source));
+    repairs.extend(problems(&function, &sources));
     let figures = APatchReport {
         normals: Some(source(mesh, recipe).name().to_owned()),
         gradient_lengths: Some(recipe.lengths.name().to_owned()),
@@ -172,37 +165,6 @@ fn check_free(mesh: &PolygonMesh, free: &Free) -> Result<(), APatchError> {
     }
 }
 
-/// An oriented manifold of triangles, and what became of the mesh on the way.
-struct Base {
-    connectivity: HalfEdgeMesh,
-    positions: Vec<Point3>,
-    /// Number that each vertex and each triangle has in the mesh as it is given.
-    vertex_source: Vec<u32>,
-    face_source: Vec<u32>,
-    repairs: Vec<Repair>,
-}
-
-fn triangles(given: &PolygonMesh, recipe: &APatchRecipe) -> Result<Base, APatchError> {
-    let Prepared { positions, faces, vertex_source, face_source, repairs, .. } =
-        mesh::prepare(&given.positions, &given.faces, &recipe.prepare)?;
-    let polygons = faces.iter().filter(|corners| corners.len() > 3).count();
-    let in_input = |error: TooManyCorners| TooManyCorners { face: face_source[error.face as usize], ..error };
-    let Triangles { faces, source } = mesh::triangulate(&positions, &faces).map_err(in_input)?;
-    let connectivity = HalfEdgeMesh::from_faces(positions.len(), &faces).map_err(APatchError::Triangles)?;
-    let mut repairs: Vec<Repair> =
-        repairs.iter().map(|r| repair(r.what(), r.place(), r.kind.why().to_owned())).collect();
-    if polygons > 0 {
-        let why = "patches are over triangles".to_owned();
-        repairs.push(repair(format!("polygons cut into triangles: {polygons}"), "mesh".to_owned(), why));
-    }
-    let face_source = source.into_iter().map(|f: FaceId| face_source[f.index()]).collect();
-    Ok(Base { connectivity, positions, vertex_source, face_source, repairs })
-}
-
-fn repair(what: String, place: String, why: String) -> Repair {
-    Repair { what, place, why }
-}
-
 /// The source of normals that is asked for, or else the default.
 fn source(mesh: &PolygonMesh, recipe: &APatchRecipe) -> NormalSource {
     let default = if mesh.normals.is_some() { NormalSource::File } else { NormalSource::Loop };
@@ -210,21 +172,21 @@ fn source(mesh: &PolygonMesh, recipe: &APatchRecipe) -> NormalSource {
 }
 
 /// Which edges are creases.
-fn sharp_edges(base: &Base, recipe: &APatchRecipe) -> Vec<bool> {
+fn sharp_edges(base: &Triangulated, recipe: &APatchRecipe) -> Vec<bool> {
     match recipe.crease_angle {
-        Some(angle) => creases::by_angle(&base.connectivity, &base.positions, angle),
-        None => vec![false; base.connectivity.edge_count()],
+        Some(angle) => creases::by_angle(&base.mesh, &base.positions, angle),
+        None => vec![false; base.mesh.edge_count()],
     }
 }
 
 /// The gradient at every corner, and which normals of the file were changed.
 fn gradients(
     given: &PolygonMesh,
-    base: &Base,
+    base: &Triangulated,
     sharp: &[bool],
     recipe: &APatchRecipe,
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
-    let (mesh, positions) = (&base.connectivity, &base.positions[..]);
+    let (mesh, positions) = (&base.mesh, &base.positions[..]);
     let computed = |rule| (normals::at_corners(mesh, positions, sharp, rule), Vec::new());
     let (vectors, repairs) = match source(given, recipe) {
         NormalSource::File => of_file(given, base, sharp)?,
@@ -250,17 +212,17 @@ fn gradients(
 /// are needed because sharp edges meet, the Loop limit.
 fn of_file(
     given: &PolygonMesh,
-    base: &Base,
+    base: &Triangulated,
     sharp: &[bool],
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
     let filed = given.normals.as_ref().ok_or(APatchError::NoNormals)?;
-    let (mesh, positions) = (&base.connectivity, &base.positions[..]);
+    let (mesh, positions) = (&base.mesh, &base.positions[..]);
     let outward = normals::angle_weighted(mesh, positions);
     let limit = normals::at_corners(mesh, positions, sharp, NormalRule::LoopLimit);
     let mut vectors = limit.clone();
     let (mut missing, mut turned, mut several) = (Vec::new(), Vec::new(), Vec::new());
     for v in mesh.vertices() {
-        let vertex = base.vertex_source[v.index()];
+        let vertex = base.sources.vertex[v.index()];
         let normal = filed[vertex as usize];
         let is_one =
             mesh.ring(v).all(|h| limit[h.index()] == limit[mesh.ring(v).next().unwrap_or(h).index()]);
@@ -276,15 +238,13 @@ fn of_file(
             mesh.ring(v).for_each(|h| vectors[h.index()] = if points_back { -normal } else { normal });
         }
     }
-    let word = |what: &str, vertices: Vec<u32>, why: &str| {
-        let places: Vec<Place> = vertices.into_iter().map(Place::Vertex).collect();
-        (!places.is_empty())
-            .then(|| repair(format!("{what}: {}", places.len()), place_names(&places), why.to_owned()))
+    let at = |what, vertices: Vec<u32>, why| {
+        word(what, &vertices.into_iter().map(Place::Vertex).collect::<Vec<_>>(), why)
     };
     let repairs = [
-        word("normals computed", missing, "those of the file are zero"),
-        word("normals computed on creases", several, "the file has one each, and several are needed"),
-        word("normals turned over", turned, "they pointed behind the faces around them"),
+        at("normals computed", missing, "those of the file are zero"),
+        at("normals computed on creases", several, "the file has one each, and several are needed"),
+        at("normals turned over", turned, "they pointed behind the faces around them"),
     ];
     Ok((vectors, repairs.into_iter().flatten().collect()))
 }
@@ -297,51 +257,32 @@ fn of_triangles(free: &Free, face_source: &[u32]) -> Free {
     }
 }
 
-/// What does not fit, a line for every reason, and the normals that were moved to make more fit.
-fn problems(function: &APatchFunction, vertex_source: &[u32], face_source: &[u32]) -> Vec<Repair> {
-    let hull = function.hull();
-    let vertex = |v: &VertexId| Place::Vertex(vertex_source[v.index()]);
-    let edge = |e: EdgeId| {
-        let mesh = hull.data().mesh();
-        let h = mesh.edge_half_edge(e);
-        let [a, b] = [mesh.origin(h), mesh.dest(h)].map(|v| vertex_source[v.index()]);
-        Place::Edge(a.min(b), a.max(b))
+/// What does not fit, a line for every reason, and what was changed to make more fit.
+fn problems(function: &APatchFunction, sources: &Sources) -> Vec<Repair> {
+    let (hull, mesh) = (function.hull(), function.hull().data().mesh());
+    let moved: Vec<Place> = hull.moved_normals().iter().map(|v| sources.of_vertex(*v)).collect();
+    let added: Vec<Place> = hull.added_creases().iter().map(|c| sources.of_edge(mesh, c.edge)).collect();
+    let corners: Vec<Place> = hull.corners().iter().map(|c| sources.of_vertex(c.vertex)).collect();
+    let changes = [
+        ("normals moved", moved, "they did not see the faces around them, or left no room for an apex"),
+        ("creases added", added, "without them there is no valid surface"),
+        ("corners made", corners, "no single normal sees all faces around them, or leaves room for an apex"),
+    ];
+    let changes = changes.into_iter().filter_map(|(what, places, why)| word(what, &places, why));
+    let place = |problem: &Problem| match problem {
+        Problem::Vertex { vertex, .. } => sources.of_vertex(*vertex),
+        Problem::Face { face, .. } => sources.of_face(*face),
+        Problem::Edge { edge, .. } => sources.of_edge(mesh, *edge),
     };
-    let mut lines = Vec::new();
-    if !hull.moved_normals().is_empty() {
-        let places: Vec<Place> = hull.moved_normals().iter().map(vertex).collect();
-        let why = "they did not see the faces around them, or left no room for an apex".to_owned();
-        lines.push(repair(format!("normals moved: {}", places.len()), place_names(&places), why));
-    }
-    let added = hull.added_creases();
-    if !added.is_empty() {
-        let places: Vec<Place> = added.iter().map(|crease| edge(crease.edge)).collect();
-        let why = "without them there is no valid surface".to_owned();
-        lines.push(repair(format!("creases added: {}", places.len()), place_names(&places), why));
-    }
-    if !hull.corners().is_empty() {
-        let places: Vec<Place> = hull.corners().iter().map(|corner| vertex(&corner.vertex)).collect();
-        let why = "no single normal sees all faces around them, or leaves room for an apex".to_owned();
-        lines.push(repair(format!("corners made: {}", places.len()), place_names(&places), why));
-    }
-    for reason in Reason::ALL {
-        let place = |problem: &Problem| match problem {
-            Problem::Vertex { vertex: v, .. } => vertex(v),
-            Problem::Face { face, .. } => Place::Face(face_source[face.index()]),
-            Problem::Edge { edge: e, .. } => edge(*e),
-        };
-        let places: Vec<Place> =
-            hull.problems().iter().filter(|problem| problem.reason() == reason).map(place).collect();
-        if !places.is_empty() {
-            let what = format!("surface not certain: {}", places.len());
-            lines.push(repair(what, place_names(&places), reason.to_string()));
-        }
-    }
-    lines
+    let left = Reason::ALL.into_iter().filter_map(|reason| {
+        let problems = hull.problems().iter().filter(|problem| problem.reason() == reason);
+        word("surface not certain", &problems.map(place).collect::<Vec<_>>(), &reason.to_string())
+    });
+    changes.chain(left).collect()
 }
 
-fn in_numbers_of_the_input(error: HermiteError, vertex_source: &[u32], face_source: &[u32]) -> HermiteError {
-    let (v, f) = (|v: u32| vertex_source[v as usize], |f: u32| face_source[f as usize]);
+fn in_numbers_of_the_input(error: HermiteError, sources: &Sources) -> HermiteError {
+    let (v, f) = (|v: u32| sources.vertex[v as usize], |f: u32| sources.face[f as usize]);
     match error {
         HermiteError::NotATriangle { face } => HermiteError::NotATriangle { face: f(face) },
         HermiteError::DegenerateFace { face } => HermiteError::DegenerateFace { face: f(face) },

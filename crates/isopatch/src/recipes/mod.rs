@@ -17,8 +17,10 @@ mod patchwork;
 mod refine;
 mod rounds;
 pub mod spline;
+mod triangulated;
 
 pub use differentiable::{Defect, find_defect};
+pub use triangulated::TriangulationError;
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, clippy::panic)]

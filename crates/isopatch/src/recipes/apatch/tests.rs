@@ -1,4 +1,5 @@
 use super::*;
+use crate::geom::Point3;
 use crate::hull::test_meshes::{icosahedron, quadrics};
 use crate::inspect::{APatchInspectOptions, inspect_a_patches};
 use crate::tessellate::{APatchResolution, tessellate_a_patches};

@@ -19,13 +19,10 @@ mod rim;
 mod sharpen;
 mod visible;
 
+use super::triangulated::{Sources, Triangulated, TriangulationError, word};
 use crate::base::{EdgeFeature, Repair};
-use crate::geom::Point3;
 use crate::io::read::PolygonMesh;
-use crate::mesh::{
-    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared,
-    TooManyCorners, Triangles, VertexId, creases,
-};
+use crate::mesh::{EdgeId, FaceId, MeshError, Place, PrepareOptions, creases, place_names};
 use crate::network::CurveOptions;
 use crate::report::Seconds;
 use crate::spline::TriangularSpline;
@@ -83,15 +80,12 @@ pub struct FittedMeshSpline {
 /// Why there is no surface. Vertices and faces have the numbers of the mesh as it is given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshSplineError {
-    /// The mesh can't be repaired.
+    /// The mesh can't be made an oriented manifold of triangles.
     #[error(transparent)]
-    Mesh(#[from] MeshFault),
-    /// A face has too many corners.
-    #[error(transparent)]
-    Corners(#[from] TooManyCorners),
-    /// The triangles into which polygons were cut, or the pieces between sharp edges, are no manifold.
-    #[error("its triangles are no manifold: {0}")]
-    Triangles(#[from] MeshError),
+    Mesh(#[from] TriangulationError),
+    /// The pieces between sharp edges are no manifold.
+    #[error("cut along its sharp edges, it is no manifold: {0}")]
+    Pieces(#[from] MeshError),
     /// Edges have no curve with the normals and curvatures of their ends, or no G1 patches beside them.
     #[error("no smooth surface is possible along {} edges: {}", edges.len(), named(edges.iter().map(|[a, b]| Place::Edge(*a, *b))))]
     NoCurve {
@@ -106,12 +100,8 @@ pub enum MeshSplineError {
     },
 }
 
-/// Places that a text names before it only counts.
-const NAMED_PLACES: usize = 10;
-
-fn named(places: impl ExactSizeIterator<Item = Place>) -> String {
-    let more = if places.len() > NAMED_PLACES { ", …" } else { "" };
-    places.take(NAMED_PLACES).map(|p| p.to_string()).collect::<Vec<_>>().join(", ") + more
+fn named(places: impl Iterator<Item = Place>) -> String {
+    place_names(&places.collect::<Vec<_>>())
 }
 
 /// The spline through the vertices of a mesh; `progress` is told the name of each stage as it starts.
@@ -125,7 +115,7 @@ pub fn fit(
 ) -> Result<FittedMeshSpline, MeshSplineError> {
     let mut seconds = Seconds::default();
     progress("mesh");
-    let base = seconds.measure("mesh", || triangles(given, &recipe.prepare))?;
+    let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
     let (mesh, positions) = (&base.mesh, &base.positions[..]);
     let edges = match recipe.crease_angle {
         Some(angle) => creases::by_angle(mesh, positions, angle),
@@ -144,17 +134,24 @@ pub fn fit(
             None => Vec::new(),
         };
         if left == 0 || !sharpness.sharpen(mesh, positions, &folded, &failed) {
-            return Err(base.error(&folded, &failed));
+            return Err(error(&base, &folded, &failed));
         }
         left -= 1;
     };
     let mut repairs = base.repairs.clone();
-    repairs.extend(base.moved(&moved));
-    repairs.extend(base.sharpened(&sharpness.edges, &asked));
+    let moved: Vec<Place> = moved.iter().map(|v| base.sources.of_vertex(*v)).collect();
+    let added = mesh.edges().filter(|e| sharpness.edges[e.index()] && !asked[e.index()]);
+    let added: Vec<Place> = added.map(|e| base.sources.of_edge(mesh, e)).collect();
+    repairs.extend(word(
+        "normals moved",
+        &moved,
+        "they did not see the faces around them, or patches there folded",
+    ));
+    repairs.extend(word("edges made sharp", &added, "smooth patches folded there"));
     let normal_deviations = made.deviations.clone();
     let surface = made.joined(mesh, positions);
     let sharp_edges = surface.base.features.iter().filter(|f| **f == EdgeFeature::Sharp).count();
-    let Triangulated { face_source, vertex_source, .. } = base;
+    let Sources { face: face_source, vertex: vertex_source } = base.sources;
     Ok(FittedMeshSpline {
         surface,
         face_source,
@@ -166,62 +163,10 @@ pub fn fit(
     })
 }
 
-/// An oriented manifold of triangles, and what became of the mesh on the way.
-struct Triangulated {
-    mesh: HalfEdgeMesh,
-    positions: Vec<Point3>,
-    /// Number that each vertex and each triangle has in the mesh as it is given.
-    vertex_source: Vec<u32>,
-    face_source: Vec<u32>,
-    repairs: Vec<Repair>,
-}
-
-fn triangles(given: &PolygonMesh, options: &PrepareOptions) -> Result<Triangulated, MeshSplineError> {
-    let Prepared { positions, faces, vertex_source, face_source, repairs, .. } =
-        mesh::prepare(&given.positions, &given.faces, options)?;
-    let polygons: Vec<Place> =
-        (0..faces.len()).filter(|f| faces[*f].len() > 3).map(|f| Place::Face(face_source[f])).collect();
-    let in_input = |error: TooManyCorners| TooManyCorners { face: face_source[error.face as usize], ..error };
-    let Triangles { faces, source } = mesh::triangulate(&positions, &faces).map_err(in_input)?;
-    let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces)?;
-    let mut repairs: Vec<Repair> = repairs
-        .iter()
-        .map(|r| Repair { what: r.what(), place: r.place(), why: r.kind.why().to_owned() })
-        .collect();
-    repairs.extend(word("polygons cut into triangles", &polygons, "patches are over triangles"));
-    let face_source = source.into_iter().map(|f: FaceId| face_source[f.index()]).collect();
-    Ok(Triangulated { mesh, positions, vertex_source, face_source, repairs })
-}
-
-/// A line of the report; none if there are no places.
-fn word(what: &str, places: &[Place], why: &str) -> Option<Repair> {
-    let count = places.len();
-    let place = named(places.iter().copied());
-    (count > 0).then(|| Repair { what: format!("{what}: {count}"), place, why: why.to_owned() })
-}
-
-impl Triangulated {
-    fn ends(&self, e: EdgeId) -> [u32; 2] {
-        let h = self.mesh.edge_half_edge(e);
-        [self.mesh.origin(h), self.mesh.dest(h)].map(|v| self.vertex_source[v.index()])
+fn error(base: &Triangulated, folded: &[FaceId], failed: &[EdgeId]) -> MeshSplineError {
+    if folded.is_empty() {
+        let ends = failed.iter().map(|e| base.sources.ends(&base.mesh, *e));
+        return MeshSplineError::NoCurve { edges: ends.collect() };
     }
-
-    fn moved(&self, vertices: &[VertexId]) -> Option<Repair> {
-        let places: Vec<Place> =
-            vertices.iter().map(|v| Place::Vertex(self.vertex_source[v.index()])).collect();
-        word("normals moved", &places, "they did not see the faces around them, or patches there folded")
-    }
-
-    fn sharpened(&self, sharp: &[bool], asked: &[bool]) -> Option<Repair> {
-        let added = self.mesh.edges().filter(|e| sharp[e.index()] && !asked[e.index()]);
-        let places: Vec<Place> = added.map(|e| self.ends(e)).map(|[a, b]| Place::Edge(a, b)).collect();
-        word("edges made sharp", &places, "smooth patches folded there")
-    }
-
-    fn error(&self, folded: &[FaceId], failed: &[EdgeId]) -> MeshSplineError {
-        if folded.is_empty() {
-            return MeshSplineError::NoCurve { edges: failed.iter().map(|e| self.ends(*e)).collect() };
-        }
-        MeshSplineError::Folded { faces: folded.iter().map(|f| self.face_source[f.index()]).collect() }
-    }
+    MeshSplineError::Folded { faces: folded.iter().map(|f| base.sources.face[f.index()]).collect() }
 }
