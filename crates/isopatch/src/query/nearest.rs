@@ -86,7 +86,8 @@ impl SurfaceQuery<'_> {
             let model = self.model(patch, uv, &at, p);
             let step = model.lowest(domain, uv);
             let size = step[0].abs().max(step[1].abs());
-            let next = if size > PARAMETER_ROUNDING { self.fall(patch, uv, &model, step, squared, p) } else { None };
+            let next =
+                if size > PARAMETER_ROUNDING { self.fall(patch, uv, &model, step, squared, p) } else { None };
             if let Some(next) = next {
                 (uv, at, squared) = next;
                 if size <= DIFFERENCE.powi(2) {
