@@ -1,5 +1,5 @@
 use super::*;
-use crate::apatch::{self, APatchOptions, APatchSurface, Over};
+use crate::apatch::{self, APatchOptions, APatchSurface};
 use crate::geom::Vec3;
 use crate::hull::test_meshes::{from_file, noise, noise3, perturbed, quadrics, torus, torus_distance};
 use crate::hull::{self, HermiteMesh, HullOptions};
@@ -367,15 +367,11 @@ fn rims_of_a_cylinder_are_found() {
     boxes_hold_points(&surface);
     let query = query(&surface);
     assert!(query.is_closed());
-    let creases = surface.seams().iter().filter(|seam| {
-        let on_face = |side: SeamSide| matches!(surface.over(side.patch), Over::Face(_));
-        seam.continuity == Continuity::G0 && on_face(seam.first) && seam.second.is_some_and(on_face)
-    });
-    let mut count = 0;
-    for seam in creases {
-        count += 1;
+    let creases = surface.seams().iter().filter(|seam| seam.continuity == Continuity::G0);
+    assert_eq!(creases.clone().count(), 32);
+    for seam in creases.step_by(5) {
         let SeamSide { patch, edge, .. } = seam.first;
-        for s in [0.0, 1e-6, 0.2, 0.5, 0.9] {
+        for s in [0.0, 1e-6, 0.4] {
             let mut x = [0.0; 3];
             (x[edge as usize], x[(edge as usize + 1) % 3]) = (1.0 - s, s);
             let rim = surface.sample(patch, [x[0], x[1]]).point;
@@ -409,7 +405,6 @@ fn rims_of_a_cylinder_are_found() {
             }
         }
     }
-    assert_eq!(count, 32);
 }
 
 #[test]
