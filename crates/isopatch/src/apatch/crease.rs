@@ -14,6 +14,7 @@
 use super::base::Base;
 use super::build::APatchFunction;
 use super::shoot::{root, side_of};
+use crate::bernstein::restrict::over_interval;
 use crate::geom::{Aabb, Point3, Vec3};
 use crate::hull::{Class, CreaseCurve};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
@@ -108,6 +109,15 @@ impl<'a> CreasedRim<'a> {
         }
     }
 
+    /// A box around the curve between two weights of b.
+    fn curve_bounds(&self, [lo, hi]: [f64; 2]) -> Aabb {
+        if self.curve.is_straight {
+            return Aabb::around(&[self.curve(1.0 - lo, lo).0, self.curve(1.0 - hi, hi).0]);
+        }
+        let between = if self.reversed { [1.0 - hi, 1.0 - lo] } else { [lo, hi] };
+        Aabb::around(&over_interval(self.curve.net, between))
+    }
+
     /// Where the zero set ends over the edge, and the derivative by z; None if there is no root.
     fn rim(&self, x: f64, z: f64) -> Option<(Point3, Vec3)> {
         let (function, hull) = (self.function, self.function.hull());
@@ -145,6 +155,16 @@ impl<'a> CreasedRim<'a> {
         let along = apex - q;
         Some((q + t * along, r * edge - d_z / d_t * along))
     }
+}
+
+/// The box of a point of one box less one of another.
+fn difference(to: &Aabb, from: &Aabb) -> Aabb {
+    Aabb { min: to.min - from.max, max: to.max - from.min }
+}
+
+/// The box of the points of a box times a weight between two weights ≥ 0.
+fn weighted(b: &Aabb, [least, most]: [f64; 2]) -> Aabb {
+    Aabb::around(&[least * b.min, most * b.min, least * b.max, most * b.max])
 }
 
 fn cubic_form(b: [f64; 4], r: f64, t: f64) -> f64 {
@@ -218,9 +238,54 @@ impl CreasedFace<'_> {
             let ends = [self.corners[k], self.corners[(k + 1) % 3]];
             let from = apexes.iter().flatten().fold(Aabb::around(&ends), |b, apex| b.including(apex));
             let to = Aabb::around(&rim.curve.net);
-            let difference = Aabb::around(&[Vec3::zeros(), to.min - from.max, to.max - from.min]);
-            bounds = Aabb { min: bounds.min + difference.min, max: bounds.max + difference.max };
+            bounds = bounds.plus(&weighted(&difference(&to, &from), [0.0, 1.0]));
         }
         bounds
+    }
+
+    /// A box around what the creases add to the points over the triangle with the given barycentric corners.
+    ///
+    /// For each crease, bounds of w_k times the box of C_k less the box of c_k, both over the range of s_k.
+    pub(super) fn corrections_over(&self, corners: &[[f64; 3]; 3]) -> Aabb {
+        let weights = self.weight_ranges(corners);
+        let mut bounds = Aabb::around(&[Vec3::zeros()]);
+        for (k, rim) in self.rims.iter().enumerate().filter_map(|(k, rim)| Some((k, rim.as_ref()?))) {
+            // s_k is monotonic along lines, so that its bounds are at the corners; where it has no value, the weight is zero.
+            let (a, b) = (k, (k + 1) % 3);
+            let places = corners.iter().filter(|x| x[a] + x[b] > 0.0).map(|x| x[b] / (x[a] + x[b]));
+            let [lo, hi] = places.fold([1.0f64, 0.0f64], |[lo, hi], s| [lo.min(s), hi.max(s)]);
+            if rim.exact || lo > hi {
+                continue;
+            }
+            let (lo, hi) = (lo.max(0.0), hi.min(1.0));
+            let on_edge = [lo, hi, hi].map(|s| {
+                let mut x = [0.0; 3];
+                (x[a], x[b]) = (1.0 - s, s);
+                x
+            });
+            let from = self.function.zero_set_bounds(self.face, on_edge);
+            bounds = bounds.plus(&weighted(&difference(&rim.curve_bounds([lo, hi]), &from), weights[k]));
+        }
+        bounds
+    }
+
+    /// Bounds of the weights over the triangle with the given barycentric corners, from the bounds of the coordinates.
+    fn weight_ranges(&self, corners: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
+        let coordinate = |c: usize| {
+            let all = corners.map(|x| x[c].max(0.0));
+            [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(0.0, f64::max)]
+        };
+        let x = [0, 1, 2].map(coordinate);
+        let squares = [0, 1, 2].map(|k| {
+            let b = (k + 1) % 3;
+            [0, 1].map(|end| self.lengths[k] * (x[k][end] * x[b][end]).powi(2))
+        });
+        [0, 1, 2].map(|k| {
+            let others = [0, 1].map(|end| squares[(k + 1) % 3][end] + squares[(k + 2) % 3][end]);
+            let share = |own: f64, others: f64, none: f64| {
+                if own + others > 0.0 { own / (own + others) } else { none }
+            };
+            [share(squares[k][0], others[1], 0.0), share(squares[k][1], others[0], 1.0)]
+        })
     }
 }

@@ -117,9 +117,16 @@ impl APatchFunction {
     /// A box around the patch over a face where the parameters are in a triangle; not for a convex face whose patch goes behind
     /// the face.
     pub(super) fn face_part_bounds(&self, f: FaceId, triangle: [[f64; 2]; 3]) -> Aabb {
+        let corners = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
+        let zero_set = self.zero_set_bounds(f, corners);
+        self.creased_face(f).map_or(zero_set, |face| zero_set.plus(&face.corrections_over(&corners)))
+    }
+
+    /// A box around the zero set over the triangle of a face that has the given barycentric corners: the patch where no crease
+    /// pulls at it.
+    pub(super) fn zero_set_bounds(&self, f: FaceId, corners: [[f64; 3]; 3]) -> Aabb {
         let (hull, face) = (self.hull(), &self.faces()[f.index()]);
         let [p, q, r] = hull.data().corners(f);
-        let corners = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
         let on_face = corners.map(|x| x[0] * p + x[1] * q + x[2] * r);
         let class = hull.faces()[f.index()].class;
         let whole = Aabb::around(&[p, q, r]);

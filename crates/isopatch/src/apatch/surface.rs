@@ -178,10 +178,7 @@ impl Surface for APatchSurface {
                     }
                     _ => cells,
                 };
-                self.function.creased_face(f).map_or(cells, |creased| {
-                    let added = creased.corrections();
-                    Aabb { min: cells.min + added.min, max: cells.max + added.max }
-                })
+                self.function.creased_face(f).map_or(cells, |creased| cells.plus(&creased.corrections()))
             }
             Over::Edge(e) => {
                 let cells = Side::BOTH.into_iter().filter_map(|side| self.function.edge_cell(e, side));

@@ -31,13 +31,16 @@ where
 }
 
 /// Coefficients over [a, b] of a polynomial of degree N − 1, from those over [0, 1].
-pub fn over_interval<const N: usize>(c: [f64; N], [a, b]: [f64; 2]) -> [f64; N] {
+pub fn over_interval<T, const N: usize>(c: [T; N], [a, b]: [f64; 2]) -> [T; N]
+where
+    T: Copy + Add<Output = T> + Mul<f64, Output = T>,
+{
     from_fn(|i| {
         let mut steps = c;
         for step in 1..N {
             let t = if step <= i { b } else { a };
             for j in 0..N - step {
-                steps[j] = (1.0 - t) * steps[j] + t * steps[j + 1];
+                steps[j] = steps[j] * (1.0 - t) + steps[j + 1] * t;
             }
         }
         steps[0]

@@ -82,6 +82,11 @@ impl Aabb {
         Self { min: self.min.add_scalar(-margin), max: self.max.add_scalar(margin) }
     }
 
+    /// The box of all sums of a point of this box and one of another.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { min: self.min + other.min, max: self.max + other.max }
+    }
+
     /// Square of the distance from `p` to the nearest point of the box, 0 inside.
     pub fn distance_squared(&self, p: &Point3) -> f64 {
         let outside = |a: usize| (self.min[a] - p[a]).max(p[a] - self.max[a]).max(0.0);

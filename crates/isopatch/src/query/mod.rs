@@ -8,7 +8,7 @@
 //! | question | answer | how |
 //! |---|---|---|
 //! | [`nearest`](SurfaceQuery::nearest) | [`Nearest`] | branch and bound; Newton on the squared distance, in the domain of the patch |
-//! | [`hits`](SurfaceQuery::hits), [`first_hit`](SurfaceQuery::first_hit) | [`RayHit`] | parts are halved until they have one root at most |
+//! | [`hits`](SurfaceQuery::hits), [`first_hit`](SurfaceQuery::first_hit) | [`RayHit`] | Newton in parts that are small enough to have one root, as their normals show |
 //! | [`is_inside`](SurfaceQuery::is_inside) | `bool` | hits of a ray, if they leave no doubt, else of another one |
 //!
 //! Each has a form for many points at once, with the same results. What is not finite gets no answer.

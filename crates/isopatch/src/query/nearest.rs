@@ -18,8 +18,14 @@ const SUFFICIENT_DECREASE: f64 = 0.1;
 /// relative to it as given here.
 const TRUSTED: f64 = 1e-5;
 const FALL_ROUNDING: f64 = 1e-14;
-/// What makes the matrix of a degenerate point definite, relative to its trace.
+/// What makes the matrix of the model definite, each coordinate relative to the square of its own derivative: beside a side of a
+/// patch that has shrunk to a point, one derivative is as small as the distance to it.
 const REGULAR: f64 = 1e-10;
+/// A derivative whose square is below this part of that of the other is zero: the point is closer to a side that has shrunk to a
+/// point than rounding.
+const VANISHING: f64 = 1e-30;
+/// Directions that are tried from a side that has shrunk to a point, less one: some ten degrees apart in a half plane.
+const TURNS: u32 = 16;
 
 /// A nearest point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,31 +81,79 @@ impl SurfaceQuery<'_> {
         if squared.is_nan() {
             return None;
         }
+        let mut may_turn = true;
         for _ in 0..MAX_STEPS {
             let model = self.model(patch, uv, &at, p);
             let step = model.lowest(domain, uv);
             let size = step[0].abs().max(step[1].abs());
-            if size.is_nan() || size <= PARAMETER_ROUNDING {
-                break;
-            }
-            let slope = 2.0 * (model.g[0] * step[0] + model.g[1] * step[1]);
-            let shorter = (0..MAX_TRIALS).find_map(|halvings| {
-                let s = 0.5f64.powi(halvings as i32);
-                let next = domain::clamped(domain, [uv[0] + s * step[0], uv[1] + s * step[1]]);
-                let sample = surface.sample(patch, next);
-                let value = (sample.point - p).norm_squared();
-                let rounding = if size < TRUSTED { FALL_ROUNDING * squared } else { 0.0 };
-                let allowed = squared + SUFFICIENT_DECREASE * s * slope + rounding;
-                (value <= allowed).then_some((next, sample, value))
-            });
-            let Some(next) = shorter else { break };
-            let settled = size <= DIFFERENCE.powi(2);
-            (uv, at, squared) = next;
-            if settled {
+            let next =
+                if size > PARAMETER_ROUNDING { self.fall(patch, uv, &model, step, squared, p) } else { None };
+            if let Some(next) = next {
+                (uv, at, squared) = next;
+                if size <= DIFFERENCE.powi(2) {
+                    break;
+                }
+            } else if let Some(turned) = self.turn(patch, uv, &at, p).filter(|_| may_turn) {
+                (uv, at) = turned;
+                may_turn = false;
+            } else {
                 break;
             }
         }
         Some(Nearest { patch, uv, point: at.point, distance: squared.sqrt() })
+    }
+
+    /// Where the squared distance has fallen, a step or some part of it away.
+    fn fall(
+        &self,
+        patch: PatchId,
+        uv: Uv,
+        model: &Quadratic,
+        step: [f64; 2],
+        squared: f64,
+        p: &Point3,
+    ) -> Option<(Uv, Sample, f64)> {
+        let domain = self.surface.domain(patch);
+        let slope = 2.0 * (model.g[0] * step[0] + model.g[1] * step[1]);
+        let trusted = step[0].abs().max(step[1].abs()) < TRUSTED;
+        let rounding = if trusted { FALL_ROUNDING * squared } else { 0.0 };
+        (0..MAX_TRIALS).find_map(|halvings| {
+            let s = 0.5f64.powi(halvings as i32);
+            let next = domain::clamped(domain, [uv[0] + s * step[0], uv[1] + s * step[1]]);
+            let sample = self.surface.sample(patch, next);
+            let value = (sample.point - p).norm_squared();
+            let allowed = squared + SUFFICIENT_DECREASE * s * slope + rounding;
+            (value <= allowed).then_some((next, sample, value))
+        })
+    }
+
+    /// On a side that has shrunk to a point, the parameters of the same point from which the distance falls most; none elsewhere.
+    ///
+    /// All of the side is one point, where the distance has no slope along the side, but the direction in which the patch is
+    /// left depends on the place.
+    fn turn(&self, patch: PatchId, uv: Uv, at: &Sample, p: &Point3) -> Option<(Uv, Sample)> {
+        let squares = [at.du.norm_squared(), at.dv.norm_squared()];
+        let fixed = (0..2).find(|c| squares[1 - c] <= VANISHING * squares[*c])?;
+        let polygon = domain::corners(self.surface.domain(patch));
+        let along = (0..=TURNS).map(|n| {
+            let mut next = uv;
+            next[1 - fixed] = f64::from(n) / f64::from(TURNS);
+            domain::clamped(self.surface.domain(patch), next)
+        });
+        let candidates = along.filter(|next| next[fixed] == uv[fixed]).map(|next| {
+            let sample = self.surface.sample(patch, next);
+            let d = if fixed == 0 { sample.du } else { sample.dv };
+            let slope = (sample.point - p).dot(&d) / d.norm();
+            let may_go = |sense: f64| {
+                let mut beyond = next;
+                beyond[fixed] += sense * DIFFERENCE;
+                domain::contains(polygon, beyond, 0.0)
+            };
+            let fall = if may_go(-slope.signum()) { slope.abs() } else { 0.0 };
+            (fall, next, sample)
+        });
+        let falling = candidates.filter(|candidate| candidate.0 > 0.0);
+        falling.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, next, sample)| (next, sample))
     }
 
     /// Half the squared distance from `p` to second order, made convex where it is not.
@@ -119,9 +173,14 @@ impl SurfaceQuery<'_> {
             first[1] + second(along_v.du, du, hv),
             first[2] + second(along_v.dv, dv, hv),
         ];
-        let trace = first[0] + first[2];
-        let definite = h[0] > REGULAR * trace && h[0] * h[2] - h[1] * h[1] > REGULAR * trace * trace;
-        let extra = REGULAR * trace;
-        Quadratic { g, h: if definite { h } else { [first[0] + extra, first[1], first[2] + extra] } }
+        let definite = h[0] > REGULAR * first[0]
+            && h[2] > REGULAR * first[2]
+            && h[0] * h[2] - h[1] * h[1] > REGULAR * first[0] * first[2];
+        if definite {
+            return Quadratic { g, h };
+        }
+        let least = VANISHING * (first[0] + first[2]);
+        let [first_u, first_v] = [first[0], first[2]].map(|square| (1.0 + REGULAR) * square.max(least));
+        Quadratic { g, h: [first_u, first[1], first_v] }
     }
 }

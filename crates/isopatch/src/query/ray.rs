@@ -97,9 +97,11 @@ impl SurfaceQuery<'_> {
     /// All points where a ray goes through the surface, nearest first; where patches meet, one of them is named. Empty for a ray
     /// that is not finite or has no direction.
     ///
-    /// No crossing is missed: parts whose box the ray meets are halved until the surface in them is a graph over the plane
-    /// across the ray, judged by normals at their corners and middle. Points where a ray only touches the surface may be
-    /// there, once or twice, or not.
+    /// Parts whose box the ray misses are ruled out for certain. The others are quartered until the surface in them is a graph
+    /// over the plane across the ray, so that it has one root at most, or seven times. Whether it is a graph is judged by the
+    /// normals at the corners and the middle of the part, which is no proof: two crossings close together, in a part that is
+    /// folded between these four points, can be missed. Points where a ray only touches the surface, or nearly, may be there,
+    /// once or twice, or not.
     pub fn hits(&self, ray: &Ray) -> Vec<RayHit> {
         let Some(line) = ray.line() else { return Vec::new() };
         let mut found = Vec::new();
