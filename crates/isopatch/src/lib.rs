@@ -1,9 +1,9 @@
-//! Smooth surfaces made of few patches, from a formula.
+//! Smooth surfaces made of few patches, from a formula or through the vertices of a mesh.
 //!
 //! A formula f(x, y, z) = 0 goes in; a closed surface of degree-7 Bézier triangles comes out that is tangent-plane
 //! continuous (G1), interpolates positions, normals and normal curvatures at the vertices of a coarse mesh, and can be
-//! written exactly as a STEP solid. The method is that of Tong & Kim (2009); PAPERS.md says where each of its formulas
-//! is, and which are misprinted.
+//! written exactly as a STEP solid. The method is that of Tong & Kim (2009). A mesh becomes rational A-patches (Xu, Huang &
+//! Bajaj 2001) or the same spline. PAPERS.md says where each formula of the papers is, and which are misprinted.
 //!
 //! # In short
 //!
@@ -63,6 +63,13 @@
 //!    that are shorter where patches are worse, and keeps the best surface.
 //! 8. **Files.** [`io`] writes the patches exactly (STEP, VTK, native), or the triangles of [`tessellate`] (GLB, OBJ, PLY,
 //!    STL). [`io::read`] reads polygon meshes, whose connectivity a base mesh can take over ([`base::from_mesh`]).
+//!
+//! # Meshes
+//!
+//! [`recipes::apatch::fit`] repairs a mesh from [`io::read`], gives it normals, builds a [`hull`] of tetrahedra around it and a
+//! function in the hull ([`apatch`]), whose zero set is the surface. [`recipes::mesh_spline::fit`] makes a spline over the mesh,
+//! for STEP. [`inspect::inspect_a_patches`] measures A-patches. [`query`] finds the nearest point, the hits of a ray, and what is
+//! inside, on surfaces of both kinds.
 //!
 //! [`gallery`] has surfaces with a name. Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`]
 //! (quadrature) and [`bernstein`], which owns the order of control points and draws it.

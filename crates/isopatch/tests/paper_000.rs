@@ -7,7 +7,7 @@ use isopatch::apatch::{self, APatchFunction, APatchOptions, APatchSurface, Free,
 use isopatch::bernstein::{cubic, triangle};
 use isopatch::geom::{Point3, Vec3};
 use isopatch::hull::{self, ApexRule, Class, HermiteMesh, HullOptions, Side};
-use isopatch::mesh::HalfEdgeMesh;
+use isopatch::mesh::{FaceId, HalfEdgeMesh};
 use isopatch::surface::Surface;
 use isopatch::tessellate::{APatchResolution, tessellate_a_patches};
 use support::meshes::{Quadric, from_file, noise, perturbed, quadrics, torus, torus_distance};
@@ -117,6 +117,31 @@ fn edge_functions_of_quadrics_can_be_quadratic() {
     }
 }
 
+/// Plane recovery, Fig. 10: a face whose normals are its own stays in its plane, and joins a nonconvex face smoothly.
+#[test]
+fn a_flat_face_stays_flat_and_joins_smoothly() {
+    let corners = [[-2.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 4.0, -1.0], [0.0, -4.0, 0.0]].map(Point3::from);
+    let up = Vec3::z();
+    let mesh = HalfEdgeMesh::from_faces(4, &[[2, 0, 1], [3, 1, 0]]).unwrap();
+    let data = HermiteMesh::new(mesh, corners.to_vec(), &[up, up, Vec3::new(0.0, -1.0, 1.5), up]).unwrap();
+    let f = function(data);
+    assert_eq!(
+        f.hull().faces().iter().map(|face| face.class).collect::<Vec<_>>(),
+        [Class::Nonconvex, Class::Zero]
+    );
+    let [curved, flat] = [0, 1].map(FaceId);
+    for x in triangle::lattice(8) {
+        let hit = f.shoot_face(flat, x).unwrap();
+        assert_eq!((hit.point.z, hit.gradient.normalize()), (0.0, up));
+    }
+    for s in [0.1, 0.25, 0.5, 0.9] {
+        let hit = f.shoot_face(curved, [0.0, s, 1.0 - s]).unwrap();
+        assert_eq!(hit.point.z, 0.0);
+        assert!((hit.gradient.normalize() - up).norm() < 1e-14);
+    }
+    assert!(f.shoot_face(curved, [0.4, 0.3, 0.3]).unwrap().point.z.abs() > 1e-3);
+}
+
 /// Section 4: 5/2 patches a face on a closed mesh, against 4 of schemes that split every face in four.
 #[test]
 fn there_are_five_patches_for_two_faces() {
@@ -137,7 +162,10 @@ fn check_signs(f: &APatchFunction, rays: usize) {
     let mesh = f.hull().data().mesh();
     let check = |layers: &[f64; 4], what: &str| {
         assert!(layers[1] > 0.0 && layers[2] >= 0.0 && layers[3] > 0.0, "{what}: {layers:?}");
-        assert!(cubic::minimal_root(layers).is_some() || layers[0] > 0.0);
+        let root = cubic::minimal_root(layers);
+        assert!(root.is_some() || layers[0] > 0.0);
+        // Across the surface the function grows, so that its gradient is not zero there.
+        assert!(layers[0] >= 0.0 || root.is_some_and(|t| cubic::derivative(layers, t) > 0.0), "{what}");
     };
     for n in 0..rays {
         let [a, b, c] = [0, 1, 2].map(|i| 0.5 + 0.5 * noise(5 * n + i));

@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-/// The references `src/…` and `tests/…` of a text that do not hold: a path that is missing, or a `path: test` whose
+/// The references `src/…`, `tests/…` and `examples/…` of a text that do not hold: a path that is missing, or a `path: test` whose
 /// file has no such function.
 fn broken(text: &str, root: &Path) -> Vec<String> {
     let quoted = text.split('`').skip(1).step_by(2);
     quoted
-        .filter(|q| q.starts_with("src/") || q.starts_with("tests/"))
+        .filter(|q| ["src/", "tests/", "examples/"].iter().any(|folder| q.starts_with(folder)))
         .filter(|q| {
             let (path, test) = q.split_once(": ").map_or((*q, None), |(path, test)| (path, Some(test)));
             let path = root.join(path);
@@ -36,6 +36,6 @@ fn files_and_tests_of_the_index_exist() {
 #[test]
 fn broken_references_are_seen() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let text = "`src/lib.rs` `src/nothing.rs` `tests/papers_index.rs: broken` `tests/papers_index.rs: absent` `models/`";
-    assert_eq!(broken(text, root), ["src/nothing.rs", "tests/papers_index.rs: absent"]);
+    let text = "`src/lib.rs` `src/nothing.rs` `examples/none.rs` `tests/papers_index.rs: broken` `tests/papers_index.rs: absent` `models/`";
+    assert_eq!(broken(text, root), ["src/nothing.rs", "examples/none.rs", "tests/papers_index.rs: absent"]);
 }

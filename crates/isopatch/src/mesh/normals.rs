@@ -127,7 +127,7 @@ const CORNER_TURN: f64 = 0.342;
 /// Two edges with a smaller sine of the angle between them do not say what plane they are in (10°).
 const COLLINEAR: f64 = 0.17;
 
-/// A unit normal for every corner (at the origin of each half edge): one for each of the [sectors](super::creases::sectors) into
+/// A unit normal for every corner (at the origin of each half edge): one for each of the [sectors] into
 /// which the edges tagged in `sharp` cut the faces around a vertex; zero where the rule gives none.
 ///
 /// Vertices that no sharp edge cuts get what the rule gives for the whole mesh. For [`NormalRule::LoopLimit`] a crease that

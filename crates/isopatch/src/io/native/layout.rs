@@ -6,8 +6,8 @@ use std::fmt;
 pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
-/// Version whose change only adds sections.
-pub const MINOR: u16 = 2;
+/// Version whose change only adds: sections, which old readers skip or miss, and codes, which they refuse by name.
+pub const MINOR: u16 = 3;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.

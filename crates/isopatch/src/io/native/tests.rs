@@ -1,5 +1,6 @@
-use super::layout::{ENTRY, FIXED_HEADER};
+use super::layout::{ENTRY, FIXED_HEADER, MAJOR, MINOR};
 use super::*;
+use crate::base::EdgeFeature;
 use crate::geom::Vec3;
 use crate::golden::{flat_triangle, inverted, joined, scaled, sphere};
 use crate::io::WriteError;
@@ -56,7 +57,9 @@ fn bits(points: &[Vec3]) -> Vec<u64> {
 #[test]
 fn the_round_trip_is_exact() {
     let cavity = inverted(&scaled(&sphere(), 1.0 / 3.0, Vec3::new(0.1, 0.2, 0.3)));
-    for spline in [sphere(), flat_triangle(), joined(&[sphere(), cavity])] {
+    let mut sharp = sphere();
+    sharp.base.features[4] = EdgeFeature::Sharp;
+    for spline in [sphere(), flat_triangle(), joined(&[sphere(), cavity]), sharp] {
         let bytes = written(&spline);
         let model = read(&bytes).unwrap();
         let (a, b) = (model.spline().unwrap(), &spline);
@@ -72,6 +75,23 @@ fn the_round_trip_is_exact() {
         write_native(a, &model.provenance, &mut again).unwrap();
         assert_eq!(again, bytes);
     }
+}
+
+/// Readers of version 1.2 know no sharp edges, so the version says that there may be some.
+#[test]
+fn the_version_is_that_of_the_description() {
+    let bytes = written(&sphere());
+    assert_eq!((&bytes[8..10], &bytes[10..12]), (&MAJOR.to_le_bytes()[..], &MINOR.to_le_bytes()[..]));
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/format.md")).unwrap();
+    assert!(text.lines().next().unwrap().ends_with(&format!("version {MAJOR}.{MINOR}")));
+}
+
+#[test]
+fn a_border_is_not_sharp() {
+    let mut bytes = written(&flat_triangle());
+    let start = section(&bytes, b"EDGE");
+    bytes[start] = 2;
+    assert!(matches!(read(&resealed(bytes)), Err(NativeError::Feature { edge: 0, code: 2 })));
 }
 
 #[test]
@@ -137,7 +157,7 @@ fn faults_behind_right_checksums_are_named() {
     assert!(matches!(change(b"CURV", 16, &nan), NativeError::NotFinite { index: 2, .. }));
     let mut newer = written(&sphere());
     newer[8] = 2;
-    assert!(matches!(read(&resealed(newer)), Err(NativeError::Version { major: 2, minor: 2 })));
+    assert!(matches!(read(&resealed(newer)), Err(NativeError::Version { major: 2, minor: MINOR })));
 }
 
 proptest! {
