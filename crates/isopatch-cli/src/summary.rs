@@ -125,6 +125,10 @@ fn accuracy(report: &Report, lines: &mut Lines) {
     );
     if let Some(count) = surface.self_intersections {
         lines.add("itself", intersections(count, surface.self_intersections_at.first()));
+        let of_input = report.apatch.as_ref().and_then(|apatch| apatch.self_intersections_of_input);
+        if let Some(count) = of_input.filter(|count| *count > 0) {
+            lines.add("mesh", format!("intersects itself: {count} pairs of its triangles"));
+        }
     }
 }
 

@@ -215,6 +215,9 @@ pub struct APatchReport {
     pub folded: Option<usize>,
     /// See `folded`.
     pub folded_at: Vec<u32>,
+    /// Pairs of triangles of the mesh itself that intersect, which the surface then does as well; none if no intersections of the
+    /// surface were looked for or found.
+    pub self_intersections_of_input: Option<usize>,
     /// Intervals along the edges of the mesh and across the patches over them, in tessellated outputs; none without one.
     pub resolution: Option<[usize; 2]>,
 }
@@ -269,6 +272,7 @@ impl APatchReport {
         (self.undefined, self.undefined_at) = (Some(found.undefined.len()), first(&found.undefined));
         (self.steep, self.steep_at) = (Some(found.steep.len()), first(&found.steep));
         (self.folded, self.folded_at) = (Some(found.folded.len()), first(&found.folded));
+        self.self_intersections_of_input = found.input_intersections;
         self
     }
 }
@@ -483,7 +487,7 @@ mod tests {
             spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
             apatch normals gradient_lengths faces positive negative zero nonconvex edges positive face_cells edge_cells \
             normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
-            steep steep_at folded folded_at resolution \
+            steep steep_at folded folded_at self_intersections_of_input resolution \
             repairs what where why seconds total base spline peak_memory_bytes";
         let mut rest = text.as_str();
         for field in fields.split_whitespace() {

@@ -3,11 +3,13 @@
 //! It always ends: every step adds a crease or a corner, or cuts a corner finer, and when every face has its own normal at all
 //! of its vertices the surface is the mesh itself.
 
-use super::build::{AddedCrease, Builder, Corner, RobustApexes};
+use super::builder::Builder;
 use super::crease;
 use super::hermite::HermiteMesh;
+use super::options::RobustApexes;
 use super::problem::Reason;
 use super::repair::{most_visible, normal_at};
+use super::simplicial_hull::{AddedCrease, Corner};
 use crate::geom::{Vec3, angle_between};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use std::collections::BTreeMap;

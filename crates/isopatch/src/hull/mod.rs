@@ -19,16 +19,21 @@
 //! and positive at the apex on either side.
 
 mod build;
+mod builder;
+mod check;
 mod class;
 mod corner;
 mod crease;
 mod edge;
 mod face;
 mod hermite;
+mod options;
+mod place;
 mod problem;
 mod relief;
 mod repair;
 mod shear;
+mod simplicial_hull;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.
@@ -39,14 +44,13 @@ pub(crate) mod test_meshes;
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests;
 
-pub use build::{
-    AddedCrease, ApexRule, Corner, Hull, HullEdge, HullFace, HullOptions, HullParts, Margin, RobustApexes,
-    build,
-};
+pub use build::build;
 pub use class::{Class, Side};
 pub use crease::CreaseCurve;
 pub use edge::{EdgeCell, EdgeFrame};
 pub use face::{FaceFrame, Layer1, alpha, mid_edge};
 pub use hermite::{HermiteError, HermiteMesh};
+pub use options::{ApexRule, HullOptions, Margin, RobustApexes};
 pub use problem::{Problem, Reason};
+pub use simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, HullParts};
 pub use visibility::most_visible_direction;

@@ -1,8 +1,11 @@
 //! What a hull does about patches that turn over: its checks are about cells, this is about the surface in them.
 
-use super::build::{AddedCrease, Builder, Hull, RobustApexes, altered};
+use super::build::altered;
+use super::builder::Builder;
 use super::corner::{Steps, cut_further, make_corners};
+use super::options::RobustApexes;
 use super::problem::Reason;
+use super::simplicial_hull::{AddedCrease, Hull};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 

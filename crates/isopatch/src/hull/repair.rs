@@ -1,8 +1,9 @@
 //! Normals that see their faces, and other directions and normals for faces whose apexes do not fit.
 
-use super::build::{Builder, RobustApexes};
+use super::builder::Builder;
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
+use super::options::RobustApexes;
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId, normals};

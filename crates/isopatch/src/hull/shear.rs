@@ -4,10 +4,10 @@
 //! surface is smooth there, but its parametrisation by rays has a kink, and with low apexes small triangles across it turn
 //! over. That does not depend on how small they are, so it has to be avoided by the hull.
 
-use super::build::HullFace;
 use super::class::{Class, Side};
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
+use super::simplicial_hull::HullFace;
 use crate::geom::Vec3;
 use crate::mesh::EdgeId;
 

@@ -2,13 +2,14 @@
 
 use super::seams::normal_jump;
 use super::{
-    Extent, Inspection, Interpolation, Intersections, Seams, intersections::places, or_infinite, topology,
+    Extent, Inspection, Interpolation, Intersections, Seams, intersections::places, mesh_intersections,
+    or_infinite, topology,
 };
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchFunction, APatchSurface, Base, Over};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3};
-use crate::hull::{Class, Side};
+use crate::hull::{Class, HermiteMesh, Side};
 use crate::mesh::{EdgeId, FaceId};
 use crate::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
@@ -52,6 +53,9 @@ pub struct APatchInspection {
     /// Patches that fold over: somewhere the normal is at a right angle or more to the ray from the base of the cell to its
     /// apex. In order. Of faces beside creases only `steep` tells.
     pub folded: Vec<PatchId>,
+    /// Pairs of triangles of the mesh itself that intersect: the surface keeps those of its mesh. None if no self-intersections of
+    /// the surface were looked for or found.
+    pub input_intersections: Option<usize>,
 }
 
 /// Measures a surface of A-patches. Time and memory are linear in the number of patches, apart from the test for
@@ -86,7 +90,10 @@ pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions
         deviation: None,
         coverage: None,
     };
-    APatchInspection { common, undefined: all.undefined, steep: all.steep, folded: all.folded }
+    let has_some = common.intersections.as_ref().is_some_and(|found| found.count > 0);
+    let input_intersections = has_some.then(|| intersections_of_input(data));
+    let Figures { undefined, steep, folded, .. } = all;
+    APatchInspection { common, undefined, steep, folded, input_intersections }
 }
 
 /// Patches that one task measures.
@@ -330,6 +337,13 @@ fn on_seam(surface: &APatchSurface, side: SeamSide, i: usize, intervals: usize) 
     }
 }
 
+fn intersections_of_input(data: &HermiteMesh) -> usize {
+    let mesh = data.mesh();
+    let triangles: Vec<[u32; 3]> = mesh.faces().map(|f| mesh.triangle(f).map(|v| v.0)).collect();
+    mesh_intersections(data.positions(), &triangles).count
+}
+
 fn intersections(surface: &APatchSurface, resolution: APatchResolution) -> Option<Intersections> {
-    Some(places(&tessellate_a_patches(surface, resolution).ok()?))
+    let mesh = tessellate_a_patches(surface, resolution).ok()?;
+    Some(places(&mesh, |patch| matches!(surface.over(patch), Over::Edge(_))))
 }

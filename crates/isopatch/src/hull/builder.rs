@@ -1,0 +1,344 @@
+//! A hull in the making: apexes are put over faces, what stands between them is checked, and changes can be undone.
+
+use super::check::{face_fault, made_edge};
+use super::class::{Class, Side};
+use super::crease;
+use super::edge::EdgeCell;
+use super::face::FaceFrame;
+use super::hermite::HermiteMesh;
+use super::options::{ApexRule, HullOptions, RobustApexes};
+use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed};
+use super::problem::{Problem, Reason};
+use super::relief::Reliefs;
+use super::repair;
+use super::shear;
+use super::simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, frame};
+use crate::geom::Vec3;
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use rayon::prelude::*;
+
+/// A hull in the making. `faults` counts, per face, what is wrong with it and its edges.
+pub(super) struct Builder<'a> {
+    pub data: HermiteMesh,
+    options: &'a HullOptions,
+    pub faces: Vec<HullFace>,
+    face_fault: Vec<Option<Reason>>,
+    edges: Vec<HullEdge>,
+    edge_fault: Vec<Option<Reason>>,
+    faults: Vec<u8>,
+    /// Number of faces with a fault, and number of faults.
+    pub score: (usize, usize),
+    given: Vec<Vec3>,
+    journal: Vec<Change>,
+    pub corners: Vec<Corner>,
+    pub added_creases: Vec<AddedCrease>,
+    pub reliefs: Reliefs,
+}
+
+/// What was there before a change.
+enum Change {
+    Face(FaceId, HullFace),
+    Gradient(HalfEdgeId, Vec3),
+    Crease(EdgeId),
+}
+
+impl<'a> Builder<'a> {
+    pub fn new(mut data: HermiteMesh, options: &'a HullOptions) -> Self {
+        let given = gradients(&data);
+        if let ApexRule::Robust(rule) = options.rule {
+            repair::turn_hidden_normals(&mut data, rule.visibility);
+        }
+        let faces: Vec<HullFace> = (0..data.mesh().face_count())
+            .into_par_iter()
+            .map(|f| {
+                let frame = frame(&data, f.into());
+                placed(&frame, default_direction(&frame, options), options)
+            })
+            .collect();
+        Self::with_faces(data, faces, given, options)
+    }
+
+    /// With faces that are placed already; everything is checked.
+    pub fn with_faces(
+        data: HermiteMesh,
+        faces: Vec<HullFace>,
+        given: Vec<Vec3>,
+        options: &'a HullOptions,
+    ) -> Self {
+        let edge_count = data.mesh().edge_count();
+        let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
+        let mut builder = Self {
+            faults: vec![0; faces.len()],
+            face_fault: vec![None; faces.len()],
+            edges: vec![blank; edge_count],
+            edge_fault: vec![None; edge_count],
+            score: (0, 0),
+            data,
+            options,
+            faces,
+            given,
+            journal: Vec::new(),
+            corners: Vec::new(),
+            added_creases: Vec::new(),
+            reliefs: Reliefs::default(),
+        };
+        for f in 0..builder.faces.len() {
+            builder.check_face(f.into());
+        }
+        builder.check_edges(&(0..edge_count).map(EdgeId::from).collect::<Vec<_>>());
+        builder
+    }
+
+    pub fn frame(&self, f: FaceId) -> FaceFrame {
+        frame(&self.data, f)
+    }
+
+    pub fn is_bad(&self, f: FaceId) -> bool {
+        self.faults[f.index()] > 0
+    }
+
+    /// Edges that have a fault themselves.
+    pub fn bad_edges(&self) -> Vec<EdgeId> {
+        self.data.mesh().edges().filter(|e| self.is_bad_edge(*e)).collect()
+    }
+
+    pub fn fault_of_face(&self, f: FaceId) -> Option<Reason> {
+        self.face_fault[f.index()]
+    }
+
+    pub fn fault_of_edge(&self, e: EdgeId) -> Option<Reason> {
+        self.edge_fault[e.index()]
+    }
+
+    pub fn is_bad_edge(&self, e: EdgeId) -> bool {
+        self.edge_fault[e.index()].is_some()
+    }
+
+    pub fn edges_of(&self, f: FaceId) -> [EdgeId; 3] {
+        [0, 1, 2].map(|k| self.data.mesh().edge(HalfEdgeId(3 * f.0 + k)))
+    }
+
+    fn count_fault(&mut self, f: FaceId, by: i32) {
+        let before = self.faults[f.index()];
+        let after = (i32::from(before) + by) as u8;
+        self.faults[f.index()] = after;
+        self.score.0 = self.score.0 + usize::from(after > 0) - usize::from(before > 0);
+        self.score.1 = self.score.1 + usize::from(after) - usize::from(before);
+    }
+
+    fn check_face(&mut self, f: FaceId) {
+        let fault = face_fault(&self.frame(f), &self.faces[f.index()]);
+        let by = i32::from(fault.is_some()) - i32::from(self.face_fault[f.index()].is_some());
+        self.face_fault[f.index()] = fault;
+        self.count_fault(f, by);
+    }
+
+    fn check_edges(&mut self, edges: &[EdgeId]) {
+        let make = |e: &EdgeId| made_edge(&self.data, &self.faces, *e);
+        let made: Vec<HullEdge> = if edges.len() < FEW {
+            edges.iter().map(make).collect()
+        } else {
+            edges.par_iter().map(make).collect()
+        };
+        for (e, edge) in edges.iter().zip(made) {
+            let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
+            let of_crease = || crease::fault(&self.data, *e, &crease::WIDEST).map(|(_, reason)| reason);
+            let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
+            let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
+            self.edges[e.index()] = edge;
+            self.edge_fault[e.index()] = fault;
+            if by != 0 {
+                for h in self.data.pair(*e).into_iter().flatten() {
+                    self.count_fault(self.data.mesh().face(h), by);
+                }
+            }
+        }
+    }
+
+    /// Multiplies the heights of the apexes of a face.
+    pub fn raise_face(&mut self, f: FaceId, factor: f64) {
+        let mut face = self.faces[f.index()];
+        face.heights = face.heights.map(|height| factor * height);
+        self.set_face(f, face);
+    }
+
+    /// Checks the edges of faces that were changed, and raises apexes there.
+    pub fn settle(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let edges = self.edges_around(faces.iter().copied());
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
+    /// Raises the apexes beside edges whose cells are too wide or reach too low, as often as the rule allows.
+    pub fn raise(&mut self, mut edges: Vec<EdgeId>, rule: &RobustApexes) {
+        for round in 0..rule.raises {
+            let mut wanted: Vec<(FaceId, Side)> = Vec::new();
+            for e in &edges {
+                let class = self.edges[e.index()].class;
+                let folds = round < RAISES_FOR_FOLDS
+                    && shear::crossing_folds(&self.data, &self.faces, *e, class, 0.0);
+                for side in Side::BOTH {
+                    let low = |cell: &EdgeCell| {
+                        cell.angle > 0.0 && cell.reach().iter().any(|r| *r < rule.reach)
+                            || cell.angle > rule.widest
+                    };
+                    if folds || self.edges[e.index()].cells[side.index()].as_ref().is_some_and(low) {
+                        let faces = self.data.joint(*e).into_iter().flatten();
+                        wanted.extend(faces.map(|h| (self.data.mesh().face(h), side)));
+                    }
+                }
+            }
+            wanted.sort_unstable();
+            wanted.dedup();
+            if wanted.is_empty() {
+                return;
+            }
+            for (f, side) in &wanted {
+                let mut face = self.faces[f.index()];
+                face.heights[side.index()] *= rule.raise;
+                self.set_face(*f, face);
+            }
+            edges = self.edges_around(wanted.into_iter().map(|(f, _)| f));
+            self.check_edges(&edges);
+        }
+    }
+
+    fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
+        let mut edges: Vec<EdgeId> = faces.flat_map(|f| self.edges_of(f)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// Replaces class, direction and heights of a face; apexes follow. Its edges have to be checked.
+    fn set_face(&mut self, f: FaceId, mut face: HullFace) {
+        let frame = self.frame(f);
+        face.apexes = apexes(&frame, &face);
+        self.journal.push(Change::Face(f, self.faces[f.index()]));
+        self.faces[f.index()] = face;
+        self.check_face(f);
+    }
+
+    /// Changes some directions and gradients, and keeps that if fewer faces are bad (or as many with fewer faults).
+    pub fn attempt(
+        &mut self,
+        gradients: &[(HalfEdgeId, Vec3)],
+        directions: &[(FaceId, Vec3)],
+        rule: &RobustApexes,
+    ) -> bool {
+        let before = self.score;
+        self.set(&[], gradients);
+        self.place(directions, rule);
+        if self.score < before {
+            return true;
+        }
+        self.roll_back();
+        false
+    }
+
+    /// Makes creases of edges and changes gradients. The faces beside them have to be placed next.
+    pub fn set(&mut self, creases: &[EdgeId], gradients: &[(HalfEdgeId, Vec3)]) {
+        self.journal.clear();
+        for e in creases {
+            if self.data.is_crease(*e) {
+                continue;
+            }
+            self.journal.push(Change::Crease(*e));
+            self.data.set_crease(*e, true);
+        }
+        for (corner, gradient) in gradients {
+            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
+            self.data.set_gradient(*corner, *gradient);
+        }
+    }
+
+    /// Gives faces the directions that they have before anything is repaired, with the gradients as they are now.
+    pub fn place_by_default(&mut self, faces: &[FaceId], rule: &RobustApexes) {
+        let directions: Vec<(FaceId, Vec3)> =
+            faces.iter().map(|f| (*f, self.default_direction(*f))).collect();
+        self.place(&directions, rule);
+    }
+
+    fn place(&mut self, directions: &[(FaceId, Vec3)], rule: &RobustApexes) {
+        for (f, direction) in directions {
+            let face = placed(&self.frame(*f), *direction, self.options);
+            self.set_face(*f, face);
+        }
+        let edges = self.edges_around(directions.iter().map(|(f, _)| *f));
+        self.check_edges(&edges);
+        self.raise(edges, rule);
+    }
+
+    /// Undoes what was set and placed last.
+    pub fn roll_back(&mut self) {
+        let journal = std::mem::take(&mut self.journal);
+        let mut touched = Vec::new();
+        for change in journal.into_iter().rev() {
+            match change {
+                Change::Face(f, face) => {
+                    self.faces[f.index()] = face;
+                    touched.push(f);
+                }
+                Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+                Change::Crease(e) => self.data.set_crease(e, false),
+            }
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        for f in &touched {
+            self.check_face(*f);
+        }
+        let edges = self.edges_around(touched.into_iter());
+        self.check_edges(&edges);
+    }
+
+    /// The direction that a face has before anything is repaired.
+    pub fn default_direction(&self, f: FaceId) -> Vec3 {
+        default_direction(&self.frame(f), self.options)
+    }
+
+    pub fn finish(mut self) -> Hull {
+        self.corners.sort_unstable_by_key(|corner| corner.vertex);
+        self.added_creases.sort_unstable_by_key(|crease| crease.edge);
+        let mesh = self.data.mesh();
+        let hidden = mesh.vertices().filter(|v| {
+            repair::visibility(&self.data, *v, |h| self.data.gradient(h)).is_some_and(|least| least <= 0.0)
+        });
+        let mut problems: Vec<Problem> =
+            hidden.map(|vertex| Problem::Vertex { vertex, reason: Reason::NoVisibleNormal }).collect();
+        let of_faces = mesh
+            .faces()
+            .filter_map(|face| self.face_fault[face.index()].map(|reason| Problem::Face { face, reason }));
+        problems.extend(of_faces);
+        for edge in mesh.edges() {
+            if let (Some(reason), Some(pair)) = (self.edge_fault[edge.index()], self.data.pair(edge)) {
+                let faces = pair.map(|h| mesh.face(h));
+                problems.push(Problem::Edge { edge, faces, reason });
+            }
+        }
+        let is_corner = |v: &VertexId| self.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
+        let moved = |v: &VertexId| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h));
+        let moved_normals = mesh.vertices().filter(|v| moved(v) && !is_corner(v)).collect();
+        Hull {
+            faces: self.faces,
+            edges: self.edges,
+            problems,
+            moved_normals,
+            corners: self.corners,
+            added_creases: self.added_creases,
+            options: *self.options,
+            reliefs: self.reliefs,
+            data: self.data,
+        }
+    }
+}
+
+pub(super) fn gradients(data: &HermiteMesh) -> Vec<Vec3> {
+    data.mesh().half_edges().map(|h| data.gradient(h)).collect()
+}
+
+/// Fewer edges are not worth sharing out between threads.
+const FEW: usize = 512;
+
+/// μ_4 and ν_1 have to be larger: at −1/2 the free parameter has no hold on the surface over the edge.
+const LEAST_REACH: f64 = -0.5;
