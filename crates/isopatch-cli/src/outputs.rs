@@ -138,7 +138,7 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
 fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Failure> {
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
     let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline,
+        NativeSurface::Spline(spline) => spline.as_ref(),
         NativeSurface::APatches(surface) => surface.as_ref(),
     };
     match style.fineness {
@@ -173,7 +173,7 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
     let resolution = resolution(model, style)?;
     Ok(match &model.surface {
         NativeSurface::Spline(spline) => {
-            tessellate(spline, &TessellateOptions { resolution: resolution.along })?
+            tessellate(spline.as_ref(), &TessellateOptions { resolution: resolution.along })?
         }
         NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
     })
@@ -221,7 +221,7 @@ fn write_patches(
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
     let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline,
+        NativeSurface::Spline(spline) => spline.as_ref(),
         NativeSurface::APatches(surface) => surface.as_ref(),
     };
     match file.format {

@@ -26,7 +26,7 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
 
     let mut report = describe(text, options, &fitted, &inspection);
     let provenance = making::of_formula(input, options, &fitted, inspection.diagonal)?;
-    let model = NativeModel { surface: NativeSurface::Spline(fitted.surface), provenance };
+    let model = NativeModel { surface: NativeSurface::Spline(Box::new(fitted.surface)), provenance };
     report.seconds = seconds;
     finish(&model, options, &mut report, progress)
 }

@@ -36,7 +36,7 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let input = path.display().to_string();
     let mut report = Report { seconds, ..describe(&input, options, &fitted, &inspection) };
     let provenance = making::of_mesh_spline(&input, options, inspection.diagonal)?;
-    let model = NativeModel { surface: NativeSurface::Spline(fitted.surface), provenance };
+    let model = NativeModel { surface: NativeSurface::Spline(Box::new(fitted.surface)), provenance };
     finish(&model, options, &mut report, progress)
 }
 

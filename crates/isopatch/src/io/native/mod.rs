@@ -28,7 +28,7 @@ pub struct NativeModel {
 #[derive(Debug)]
 pub enum NativeSurface {
     /// Bézier triangles of degree 7.
-    Spline(TriangularSpline),
+    Spline(Box<TriangularSpline>),
     /// Rational A-patches.
     APatches(Box<APatchSurface>),
 }
@@ -37,7 +37,7 @@ impl NativeModel {
     /// The surface, if it is a spline.
     pub fn spline(&self) -> Option<&TriangularSpline> {
         match &self.surface {
-            NativeSurface::Spline(spline) => Some(spline),
+            NativeSurface::Spline(spline) => Some(spline.as_ref()),
             NativeSurface::APatches(_) => None,
         }
     }

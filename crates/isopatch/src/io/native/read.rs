@@ -130,7 +130,7 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
         features,
         frozen_diagonal: Some(provenance.diagonal).filter(|d| d.is_finite() && *d > 0.0),
     };
-    let surface = NativeSurface::Spline(TriangularSpline::new(base, curves, nets));
+    let surface = NativeSurface::Spline(Box::new(TriangularSpline::new(base, curves, nets)));
     Ok(NativeModel { surface, provenance })
 }
 
