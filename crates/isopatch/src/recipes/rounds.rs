@@ -147,7 +147,11 @@ impl Rounds<'_> {
         let base = &made.surface.base;
         let diagonal = base.diagonal();
         let workshop = self.workshop(diagonal, quick);
-        let last = self.workshop(diagonal, false);
+        // Where the tolerance is easily kept, one step of the relaxation will do.
+        let mut last = self.workshop(diagonal, false);
+        if quick {
+            last.spline.relaxation_steps = last.spline.relaxation_steps.min(1);
+        }
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
