@@ -5,7 +5,7 @@ use super::finish::Finisher;
 use super::patchwork::{Patchwork, Workshop};
 use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, misses, shorter_at};
 use super::spline::{RecipeError, Size, SplineRecipe};
-use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, SeedOptions};
+use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, SeedOptions, validity};
 use crate::field::Formula;
 use crate::geom::Aabb;
 use crate::inspect::{Coverage, InspectOptions, coverage, extent};
@@ -222,7 +222,7 @@ impl Rounds<'_> {
                 wish
             }
             Size::Automatic | Size::Faces(_) => {
-                if !bad && round >= self.recipe.evening {
+                if !bad && self.violations(base) == 0 && round >= self.recipe.evening {
                     return None;
                 }
                 lengths_for_error(base, patches, median_error(patches))
@@ -239,15 +239,21 @@ impl Rounds<'_> {
     }
 
     /// Less is better: with a tolerance, the number of faces to be expected when it is kept; or else the number of bad
-    /// patches, then the error.
+    /// patches and faces, then the error.
     fn score(&self, made: &Patchwork) -> (f64, f64) {
         match self.recipe.size {
             Size::Tolerance(tolerance) => (expected_faces(&made.patches, MARGIN * tolerance), 0.0),
             Size::Automatic | Size::Faces(_) => {
                 let bad = made.patches.iter().filter(|p| is_bad(p)).count();
+                let bad = bad + self.violations(&made.surface.base);
                 (bad as f64, made.patches.iter().map(|p| p.max_distance).fold(0.0, f64::max))
             }
         }
+    }
+
+    /// Faces beyond the limits of a base mesh; a given mesh is taken as it is.
+    fn violations(&self, base: &BaseMesh) -> usize {
+        if self.recipe.given.is_some() { 0 } else { validity(base, &self.recipe.base.limits).len() }
     }
 
     /// The best surface while the next one is built: of a large one only the mesh is kept.
