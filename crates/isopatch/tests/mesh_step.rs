@@ -157,7 +157,6 @@ fn every_mesh_has_a_sound_surface() {
 }
 
 #[test]
-#[ignore = "half a minute: meshes on which much is tried"]
 fn every_hard_mesh_has_a_sound_surface() {
     check("every_hard_mesh_has_a_sound_surface", || every_mesh_is_sound(|name| SLOW.contains(&name)));
 }
