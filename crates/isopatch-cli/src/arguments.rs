@@ -98,6 +98,11 @@ pub struct FitOptions {
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
 
+    /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
+    /// [default: default]
+    #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method"])]
+    pub recipe: Option<Recipe>,
+
     /// Where the normals of a mesh come from [default: the file if it has any, else loop]
     #[arg(long, value_name = "SOURCE", help_heading = MESHES)]
     pub normals: Option<Normals>,
@@ -152,6 +157,15 @@ pub enum MeshMethod {
     Remesh,
     /// Decimation by quadric errors, and flips
     Qem,
+}
+
+/// How a formula becomes a spline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Recipe {
+    /// With rounds, as it is best
+    Default,
+    /// As printed
+    Paper,
 }
 
 impl From<MeshMethod> for BaseMethod {
