@@ -57,14 +57,16 @@ pub(super) struct Demand {
     pub clearance: f64,
     /// How far from the surface the middle of an edge or a triangle may be, relative to its length.
     pub bulge: f64,
+    /// Least product of the normal of a triangle with those of its corners.
+    pub facing: f64,
 }
 
 /// The usual demand.
-pub(super) const GOOD: Demand = Demand { shape: 0.3, clearance: 0.45, bulge: 0.2 };
+pub(super) const GOOD: Demand = Demand { shape: 0.3, clearance: 0.45, bulge: 0.2, facing: 0.5 };
 /// What is accepted where nothing better fits.
-pub(super) const FAIR: Demand = Demand { shape: 0.1, clearance: 0.25, bulge: 0.2 };
+pub(super) const FAIR: Demand = Demand { shape: 0.1, clearance: 0.25, bulge: 0.2, facing: 0.35 };
 /// What is accepted in the end, to close a gap.
-pub(super) const POOR: Demand = Demand { shape: 0.005, clearance: 0.1, bulge: 0.3 };
+pub(super) const POOR: Demand = Demand { shape: 0.005, clearance: 0.1, bulge: 0.3, facing: 0.1 };
 
 /// Normals of one sheet nearby have at least this product.
 const SAME_SHEET: f64 = 0.1;
@@ -88,7 +90,13 @@ impl<'a> Front<'a> {
         let first = vertices.len() as u32;
         let reach = SAME_PLACE * sheet.bounds.diagonal();
         let is_new = |p: &Point3| walls.points.iter().all(|w| (w - p).norm() > reach);
-        vertices.extend(sheet.on_box_edges().into_iter().filter(is_new).map(|p| Vertex { normal: sheet.normal(p), ..vertex(&p) }));
+        vertices.extend(
+            sheet
+                .on_box_edges()
+                .into_iter()
+                .filter(is_new)
+                .map(|p| Vertex { normal: sheet.normal(p), ..vertex(&p) }),
+        );
         Self {
             sheet,
             walls,
@@ -182,7 +190,13 @@ impl<'a> Front<'a> {
     }
 
     /// The same for the edge of a wall, where a new vertex may be as near to that as it must be.
-    pub fn attach_beside_wall(&mut self, edge: Directed, ideal: Point3, length: f64, demand: Demand) -> Option<u32> {
+    pub fn attach_beside_wall(
+        &mut self,
+        edge: Directed,
+        ideal: Point3,
+        length: f64,
+        demand: Demand,
+    ) -> Option<u32> {
         self.attach(edge, Some(ideal), length, &[], demand)
     }
 
@@ -209,13 +223,15 @@ impl<'a> Front<'a> {
         };
         let vertex = Vertex { at: p, normal: Some(self.sheet.normal(p)?), sides: self.sheet.sides(&p) };
         let q = plane.project(&p);
-        let is_clear = self.is_clear_of_walls(&p, reach) && around.points.iter().filter(|c| **c != edge.0 && **c != edge.1).all(|c| {
-            let there = plane.project(&self.at(*c));
-            (there - q).norm() > demand.clearance * reach
-        }) && around.edges.iter().filter(|e| **e != edge).all(|(u, v)| {
-            let ends = [*u, *v].map(|v| plane.project(&self.at(v)));
-            distance_to_segment(&q, &ends) > 0.5 * demand.clearance * reach
-        });
+        let is_clear = self.is_clear_of_walls(&p, reach)
+            && around.points.iter().filter(|c| **c != edge.0 && **c != edge.1).all(|c| {
+                let there = plane.project(&self.at(*c));
+                (there - q).norm() > demand.clearance * reach
+            })
+            && around.edges.iter().filter(|e| **e != edge).all(|(u, v)| {
+                let ends = [*u, *v].map(|v| plane.project(&self.at(v)));
+                distance_to_segment(&q, &ends) > 0.5 * demand.clearance * reach
+            });
         (is_clear && self.fits_at(edge, None, &vertex, plane, front, around, demand)).then_some(vertex)
     }
 
@@ -230,7 +246,8 @@ impl<'a> Front<'a> {
     ) -> bool {
         let (a, b) = edge;
         // Several sheets may end in a segment of a wall from the same side.
-        let is_used = |u, v| self.used.contains(&(u, v)) && !(self.is_wall(u) && self.walls.has_segment(u, v));
+        let is_used =
+            |u, v| self.used.contains(&(u, v)) && !(self.is_wall(u) && self.walls.has_segment(u, v));
         let is_free = |u, v| !is_used(u, v) && !self.is_shortcut(u, v);
         c != a
             && c != b
@@ -247,9 +264,10 @@ impl<'a> Front<'a> {
         let (p, q) = (self.at(u), self.at(v));
         let middle = (p + q) / 2.0;
         let length = (q - p).norm();
-        self.walls.segments.iter().any(|[a, b]| {
-            distance_to_segment(&middle, &[self.at(*a), self.at(*b)]) < SHORTCUT * length
-        })
+        self.walls
+            .segments
+            .iter()
+            .any(|[a, b]| distance_to_segment(&middle, &[self.at(*a), self.at(*b)]) < SHORTCUT * length)
     }
 
     fn fits_at(
@@ -269,7 +287,9 @@ impl<'a> Front<'a> {
         }
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).normalize();
         let normals = [self.normal(a), self.normal(b), vertex.normal];
-        if normals.iter().flatten().any(|n| n.dot(&normal) < SAME_SHEET) || normal.dot(&front.normal) < SAME_SHEET {
+        if normals.iter().flatten().any(|n| n.dot(&normal) < demand.facing)
+            || normal.dot(&front.normal) < SAME_SHEET
+        {
             return false;
         }
         // The gradient vanishes on walls, and says nothing in the middle of their segments.
@@ -281,9 +301,9 @@ impl<'a> Front<'a> {
         // Nothing inside.
         let inside = |v: &u32| {
             let s = plane.project(&self.at(*v));
-            [(p, q), (q, r), (r, p)].iter().all(|(u, v)| {
-                (v - u).xy().perp(&(s - u).xy()) > -1e-3 * (v - u).norm_squared()
-            })
+            [(p, q), (q, r), (r, p)]
+                .iter()
+                .all(|(u, v)| (v - u).xy().perp(&(s - u).xy()) > -1e-3 * (v - u).norm_squared())
         };
         if around.points.iter().any(|v| !is_corner(*v) && inside(v)) {
             return false;
@@ -338,8 +358,11 @@ impl<'a> Front<'a> {
                 near(*a) && z(*b) < FAR * reach || near(*b) && z(*a) < FAR * reach
             })
             .collect();
-        let mut points: BTreeSet<u32> = edges.iter().flat_map(|(a, b)| [*a, *b]).filter(|v| near(*v)).collect();
-        points.extend((0..self.walls.points.len() as u32).chain(self.anchors.iter().copied()).filter(|v| near(*v)));
+        let mut points: BTreeSet<u32> =
+            edges.iter().flat_map(|(a, b)| [*a, *b]).filter(|v| near(*v)).collect();
+        points.extend(
+            (0..self.walls.points.len() as u32).chain(self.anchors.iter().copied()).filter(|v| near(*v)),
+        );
         Around { points, edges }
     }
 
@@ -363,6 +386,38 @@ impl<'a> Front<'a> {
                 self.edges.insert((v, u), FrontEdge { normal: mean, center });
             }
         }
+    }
+
+    /// Takes away the triangles at the vertices of the front, but those that end in a segment of a wall, so that the place can
+    /// be triangulated anew.
+    pub fn reopen(&mut self) {
+        let open: BTreeSet<u32> = self.edges.keys().flat_map(|(a, b)| [*a, *b]).collect();
+        let sides = |t: &[u32; 3]| [0, 1, 2].map(|k| (t[k], t[(k + 1) % 3]));
+        let (walls, triangles) = (self.walls, std::mem::take(&mut self.triangles));
+        let is_held = |t: &[u32; 3]| sides(t).iter().any(|(u, v)| walls.has_segment(*u, *v));
+        let (gone, kept): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles
+            .into_iter()
+            .partition(|t| t.iter().any(|v| open.contains(v) && !self.is_wall(*v)) && !is_held(t));
+        self.triangles = kept;
+        let before = std::mem::take(&mut self.edges);
+        for t in &gone {
+            sides(t).iter().for_each(|side| {
+                self.used.remove(side);
+            });
+        }
+        for t in &gone {
+            let [a, b, c] = t.map(|v| self.at(v));
+            let normal = (b - a).cross(&(c - a)).normalize();
+            for (u, v) in sides(t) {
+                if self.used.contains(&(v, u)) {
+                    self.edges.insert((u, v), FrontEdge { normal, center: (a + b + c) / 3.0 });
+                }
+            }
+        }
+        // Edges of the front that were there stay if their triangles do.
+        let stays = |(a, b): &Directed| self.used.contains(&(*b, *a));
+        let kept: Vec<_> = before.into_iter().filter(|(e, _)| stays(e)).collect();
+        self.edges.extend(kept);
     }
 
     /// Does the surface end at the edge u → v of a triangle: in a wall, or in a side of the box?

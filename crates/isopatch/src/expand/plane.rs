@@ -36,6 +36,12 @@ fn turn(p: &Vec3, q: &Vec3, r: &Vec3) -> f64 {
 /// Do two segments in the plane have a point in common?
 pub(super) fn crosses(a: &Vec3, b: &Vec3, c: &Vec3, d: &Vec3) -> bool {
     let apart = |u: f64, v: f64| u * v > 0.0;
+    let beside =
+        |u: &dyn Fn(&Vec3) -> f64| u(a).max(u(b)) < u(c).min(u(d)) || u(c).max(u(d)) < u(a).min(u(b));
+    // Segments of one line meet if their ranges do.
+    if beside(&|p| p.x) || beside(&|p| p.y) {
+        return false;
+    }
     !apart(turn(a, b, c), turn(a, b, d)) && !apart(turn(c, d, a), turn(c, d, b))
 }
 

@@ -45,7 +45,9 @@ pub(super) fn strips(front: &mut Front<'_>) {
             let is_left = (q - p).cross(&(c - p)).dot(&normal) > 0.0;
             let edge = if is_left { (*a, *b) } else { (*b, *a) };
             front.edges.insert(edge, FrontEdge { normal, center: c });
-            let made = [GOOD, FAIR, POOR].into_iter().find_map(|demand| front.attach_beside_wall(edge, c, length, demand));
+            let made = [GOOD, FAIR, POOR]
+                .into_iter()
+                .find_map(|demand| front.attach_beside_wall(edge, c, length, demand));
             if made.is_none() {
                 front.edges.remove(&edge);
             }
@@ -142,7 +144,9 @@ fn fan(front: &mut Front<'_>, center: u32, ring: &[Point3]) {
 /// Points on the sheets that meet in a point: zeros of f on circles about it.
 fn beside(sheet: &Sheet<'_>, p: &Point3, r: f64) -> Vec<Point3> {
     let axes = [Vec3::new(0.3, 0.5, 0.8), Vec3::new(0.8, -0.5, 0.3), Vec3::new(-0.5, 0.8, 0.3)];
-    axes.iter().flat_map(|n| on_circle(sheet, &Plane::new(*p, n.cross(&Vec3::x()), n.normalize()), r)).collect()
+    axes.iter()
+        .flat_map(|n| on_circle(sheet, &Plane::new(*p, n.cross(&Vec3::x()), n.normalize()), r))
+        .collect()
 }
 
 fn any_other(v: &Vec3) -> Vec3 {

@@ -104,7 +104,8 @@ impl Sheet<'_> {
         let exits = (0..3).filter_map(|axis| {
             let side = if d[axis] > 0.0 { max[axis] } else { min[axis] };
             let beyond = if d[axis] > 0.0 { p[axis] - side } else { side - p[axis] };
-            (d[axis] != 0.0 && beyond > -margin).then(|| (((side - inside[axis]) / d[axis]).max(0.0), axis, side))
+            (d[axis] != 0.0 && beyond > -margin)
+                .then(|| (((side - inside[axis]) / d[axis]).max(0.0), axis, side))
         });
         let (t, axis, side) = exits.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut q = inside + d * t;
@@ -113,7 +114,8 @@ impl Sheet<'_> {
         for _ in 0..SIDES {
             (0..3).filter(|axis| held[*axis]).for_each(|axis| q[axis] = at[axis]);
             q = self.foot_within(q, held)?;
-            let Some(axis) = (0..3).find(|axis| !held[*axis] && (q[*axis] < min[*axis] || q[*axis] > max[*axis]))
+            let Some(axis) =
+                (0..3).find(|axis| !held[*axis] && (q[*axis] < min[*axis] || q[*axis] > max[*axis]))
             else {
                 return Some(q);
             };

@@ -1,6 +1,6 @@
 //! The general steps of Algorithms 1 and 2 (paper 002, §4): where the front goes on, and how far.
 
-use super::front::{Directed, Front, FAIR, GOOD, POOR};
+use super::front::{Directed, FAIR, Front, GOOD, POOR};
 use super::options::{Approach, ExpandOptions};
 use super::p_expression::PExpression;
 use super::sheet::Sheet;
@@ -37,6 +37,7 @@ pub(super) struct Expansion<'a, 'b> {
     pub front: &'b mut Front<'a>,
     pub options: &'b ExpandOptions,
     pub scale: Scale,
+    approach: Approach,
     /// Series and radius at the vertices where they were needed.
     series: BTreeMap<u32, Option<(PExpression, f64)>>,
     /// Edges and vertices at which nothing fitted.
@@ -57,7 +58,7 @@ impl<'a, 'b> Expansion<'a, 'b> {
     pub fn new(front: &'b mut Front<'a>, options: &'b ExpandOptions) -> Self {
         let scale = Scale::new(options, front.sheet.bounds.diagonal());
         let (series, given_up, tired) = Default::default();
-        Self { front, options, scale, series, given_up, tired }
+        Self { front, options, scale, approach: options.approach, series, given_up, tired }
     }
 
     /// The power series at a point of the surface, and the step it allows.
@@ -84,10 +85,24 @@ impl<'a, 'b> Expansion<'a, 'b> {
         refined(self.front.sheet, series, direction, r)
     }
 
-    /// Repeats the general step until no edge and no vertex is expansible; then closes what is left.
+    /// Repeats the general step until no edge and no vertex is expansible; then closes what is left, and triangulates places
+    /// anew that could not be closed.
     pub fn run(&mut self) {
+        self.advance();
+        for _ in 0..REPAIRS {
+            if self.front.edges.is_empty() {
+                break;
+            }
+            self.front.reopen();
+            (self.given_up, self.tired) = Default::default();
+            self.approach = Approach::Edge;
+            self.advance();
+        }
+    }
+
+    fn advance(&mut self) {
         while self.front.triangles.len() < self.options.most_triangles {
-            let step = match self.options.approach {
+            let step = match self.approach {
                 Approach::Edge => self.edge_step(),
                 Approach::Vertex => self.vertex_step(),
             };
@@ -111,7 +126,8 @@ impl<'a, 'b> Expansion<'a, 'b> {
             let normal = front.normal(vertex).unwrap_or(edge.normal);
             let at = front.at(vertex);
             let among = incoming.get(&vertex).into_iter().flatten();
-            let angles = among.map(|e| (angle(&normal, &(front.at(outgoing.1) - at), &(front.at(e.0) - at)), *e));
+            let angles =
+                among.map(|e| (angle(&normal, &(front.at(outgoing.1) - at), &(front.at(e.0) - at)), *e));
             let sharpest = angles.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if let Some((angle, incoming)) = sharpest {
                 gaps.push(Gap { vertex, incoming, outgoing: *outgoing, angle });
@@ -136,7 +152,11 @@ impl<'a, 'b> Expansion<'a, 'b> {
                 return true;
             }
         }
-        let longer = if self.front.length(gap.incoming) >= self.front.length(gap.outgoing) { gap.incoming } else { gap.outgoing };
+        let longer = if self.front.length(gap.incoming) >= self.front.length(gap.outgoing) {
+            gap.incoming
+        } else {
+            gap.outgoing
+        };
         self.over_edge(longer, &[])
     }
 
@@ -149,8 +169,10 @@ impl<'a, 'b> Expansion<'a, 'b> {
         // (a), (b): the next expansion point, on the perpendicular bisector and on the circle of the last one.
         let back = -plane.project(&front.center).y;
         let radius = self.series_at(front.center).map_or(self.scale.shortest, |(_, r)| r);
-        let step = (radius - back.clamp(0.0, radius)).clamp(0.3 * self.scale.shortest, half.max(self.scale.shortest));
-        let found = self.front.sheet.foot(plane.lift([0.0, step])).and_then(|p| Some((p, self.series_at(p)?)));
+        let step = (radius - back.clamp(0.0, radius))
+            .clamp(0.3 * self.scale.shortest, half.max(self.scale.shortest));
+        let found =
+            self.front.sheet.foot(plane.lift([0.0, step])).and_then(|p| Some((p, self.series_at(p)?)));
         // (c), (d): as far beyond it as its own circle goes.
         let ideal = found.as_ref().and_then(|(p, (series, r))| {
             let away = series.project(p) - series.project(&plane.origin());
@@ -162,7 +184,8 @@ impl<'a, 'b> Expansion<'a, 'b> {
         let center = found.map_or(plane.origin(), |(p, _)| p);
         let reach = ideal.map_or(2.0 * half, |q| (q - plane.origin()).norm());
         let done = self.front.attach(edge, ideal, reach, preferred, GOOD).or_else(|| {
-            let nearer = ideal.and_then(|q| self.front.sheet.foot(plane.origin() + (q - plane.origin()) * 0.5));
+            let nearer =
+                ideal.and_then(|q| self.front.sheet.foot(plane.origin() + (q - plane.origin()) * 0.5));
             self.front.attach(edge, nearer, reach.max(2.0 * half), preferred, FAIR)
         });
         match done {
@@ -183,7 +206,8 @@ impl<'a, 'b> Expansion<'a, 'b> {
 
     /// Algorithm 2, general step: fills the gap at the sharpest vertex with a fan.
     fn vertex_step(&mut self) -> bool {
-        let is_open = |gap: &Gap| !self.tired.contains(&gap.vertex) && self.front.normal(gap.vertex).is_some();
+        let is_open =
+            |gap: &Gap| !self.tired.contains(&gap.vertex) && self.front.normal(gap.vertex).is_some();
         let Some(gap) = self.gaps().into_iter().find(is_open) else {
             // Vertices on walls have no series; edges between them are expanded as in Algorithm 1.
             let edge = self.front.edges.keys().copied().find(|e| !self.given_up.contains(e));
@@ -260,7 +284,12 @@ impl<'a, 'b> Expansion<'a, 'b> {
                     if !self.front.edges.contains_key(&gap.outgoing) {
                         continue;
                     }
-                    let reach = CLOSING * self.front.length(gap.outgoing).max(self.front.length(gap.incoming)).max(self.scale.shortest);
+                    let reach = CLOSING
+                        * self
+                            .front
+                            .length(gap.outgoing)
+                            .max(self.front.length(gap.incoming))
+                            .max(self.scale.shortest);
                     closed |=
                         self.front.attach(gap.outgoing, None, reach, &[gap.incoming.0], demand).is_some();
                 }
@@ -272,6 +301,8 @@ impl<'a, 'b> Expansion<'a, 'b> {
     }
 }
 
+/// Times that places which could not be closed are triangulated anew.
+const REPAIRS: usize = 3;
 /// A triangle over an edge is at most this high, in units of half of the edge.
 const LONG: f64 = 2.2;
 /// A step is at most this much longer than the longer edge of the front beside it.
@@ -288,7 +319,12 @@ const MOST_IN_FAN: usize = 40;
 const CLOSING: f64 = 2.0;
 
 /// See [`Expansion::refined`].
-pub(super) fn refined(sheet: &Sheet<'_>, series: &PExpression, direction: [f64; 2], r: f64) -> Option<Point3> {
+pub(super) fn refined(
+    sheet: &Sheet<'_>,
+    series: &PExpression,
+    direction: [f64; 2],
+    r: f64,
+) -> Option<Point3> {
     let normal: Vec3 = series.frame().row(2).transpose();
     let mut r = r;
     for _ in 0..SHORTER {

@@ -29,7 +29,13 @@ impl Walls {
 
     /// Adds an arc between two points that are there already, cut into segments of about the same length, at most `longest`,
     /// with corners on the arc. `samples` go from the first to the last point, ends included.
-    pub fn add_arc(&mut self, [first, last]: [u32; 2], samples: &[Point3], longest: f64, least_segments: usize) {
+    pub fn add_arc(
+        &mut self,
+        [first, last]: [u32; 2],
+        samples: &[Point3],
+        longest: f64,
+        least_segments: usize,
+    ) {
         let steps: Vec<f64> = samples.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
         let length: f64 = steps.iter().sum();
         let count = ((length / longest).ceil() as usize).max(least_segments).max(1);
@@ -42,7 +48,8 @@ impl Walls {
                 at += 1;
             }
             // The nearer one of two samples is on the curve; a point between them would not be.
-            let nearer = if wanted - travelled > steps.get(at).copied().unwrap_or(0.0) / 2.0 { at + 1 } else { at };
+            let nearer =
+                if wanted - travelled > steps.get(at).copied().unwrap_or(0.0) / 2.0 { at + 1 } else { at };
             let point = self.add_point(samples[nearer.min(samples.len() - 1)]);
             self.add_segment(before, point);
             before = point;
