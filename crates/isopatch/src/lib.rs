@@ -82,6 +82,7 @@
 pub mod apatch;
 pub mod base;
 pub mod bernstein;
+pub mod expand;
 pub mod field;
 pub mod gallery;
 pub mod geom;
