@@ -73,21 +73,31 @@ fn of_triangle(p: &[Point3; 3], n: &[Vec3; 3], kind: Curvature) -> Option<(f64, 
     (value.is_finite() && area > 0.0).then_some((area, value))
 }
 
-/// Part of the corners that the colours of a scale leave out at either end: vertices of a spline have peaks of curvature.
-const LEFT_OUT: f64 = 0.03;
+/// Part of the area that the colours of a scale leave out at either end: vertices of a spline have peaks of curvature.
+const LEFT_OUT: f64 = 0.02;
 /// Numbers closer together than this part of the largest are shown as equal.
 const EQUAL: f64 = 0.02;
 
 /// A range that holds all but the extreme values, symmetric to zero if both signs matter; and are there both?
-pub(super) fn robust_range(corners: &[[f32; 3]]) -> ([f64; 2], bool) {
-    let mut values: Vec<f32> = corners.iter().flatten().copied().filter(|x| x.is_finite()).collect();
-    if values.is_empty() {
-        return ([-1.0, 1.0], true);
+pub(super) fn robust_range(mesh: &Tessellation, corners: &[[f32; 3]]) -> ([f64; 2], bool) {
+    let mut values: Vec<(f64, f64)> = Vec::with_capacity(3 * corners.len());
+    for (t, corners) in mesh.triangles.iter().zip(corners) {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+        let area = (b - a).cross(&(c - a)).norm();
+        values
+            .extend(corners.iter().map(|x| (f64::from(*x), area)).filter(|(x, area)| (x * area).is_finite()));
     }
-    let cut = ((values.len() - 1) as f64 * LEFT_OUT) as usize;
-    let last = values.len() - 1 - cut;
-    let low = f64::from(*values.select_nth_unstable_by(cut, f32::total_cmp).1);
-    let high = f64::from(*values.select_nth_unstable_by(last, f32::total_cmp).1);
+    values.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let all: f64 = values.iter().map(|(_, area)| area).sum();
+    let at = |share: f64| {
+        let mut sum = 0.0;
+        let reached = |(_, area): &&(f64, f64)| {
+            sum += area;
+            sum >= share * all
+        };
+        values.iter().find(reached).or(values.last()).map_or(0.0, |(x, _)| *x)
+    };
+    let (low, high) = (at(LEFT_OUT), at(1.0 - LEFT_OUT));
     let largest = low.abs().max(high.abs());
     if largest == 0.0 {
         return ([-1.0, 1.0], true);
@@ -142,7 +152,7 @@ mod tests {
         for (kind, expected) in [(Curvature::Gaussian, 0.25), (Curvature::Mean, 0.5)] {
             let found = curvature(&cap, kind);
             assert!(found.iter().flatten().all(|k| (f64::from(*k) - expected).abs() < 2e-3));
-            let ([low, high], both) = robust_range(&found);
+            let ([low, high], both) = robust_range(&cap, &found);
             assert!(!both && low < expected && expected < high);
         }
         let saddle = graph(|x, y| 0.5 * (x * x - y * y), |x, y| [x, -y]);
@@ -158,12 +168,24 @@ mod tests {
 
     #[test]
     fn ranges_leave_peaks_out() {
-        let mut corners = vec![[1.0, 2.0, 3.0]; 100];
+        let flat = graph(|_, _| 0.0, |_, _| [0.0, 0.0]);
+        let mut corners = vec![[1.0, 2.0, 3.0]; flat.triangles.len()];
         corners[7] = [1e9, f32::NAN, -1e9];
-        assert_eq!(robust_range(&corners), ([1.0, 3.0], false));
+        assert_eq!(robust_range(&flat, &corners), ([1.0, 3.0], false));
         corners.iter_mut().skip(50).for_each(|c| c[0] = -4.0);
-        assert_eq!(robust_range(&corners), ([-4.0, 4.0], true));
-        assert_eq!(robust_range(&[]), ([-1.0, 1.0], true));
-        assert_eq!(robust_range(&[[0.0; 3]]), ([-1.0, 1.0], true));
+        assert_eq!(robust_range(&flat, &corners), ([-4.0, 4.0], true));
+        assert_eq!(robust_range(&flat, &[]), ([-1.0, 1.0], true));
+        assert_eq!(robust_range(&flat, &[[0.0; 3]]), ([-1.0, 1.0], true));
+    }
+
+    #[test]
+    fn many_small_triangles_do_not_widen_a_range() {
+        let mut mesh = graph(|_, _| 0.0, |_, _| [0.0, 0.0]);
+        let mut corners = vec![[1.0, 1.5, 2.0]; mesh.triangles.len()];
+        let small = mesh.positions.len() as u32;
+        mesh.positions.extend([Point3::zeros(), 1e-6 * Point3::x(), 1e-6 * Point3::y()]);
+        mesh.triangles.extend(vec![[small, small + 1, small + 2]; corners.len()]);
+        corners.resize(mesh.triangles.len(), [900.0; 3]);
+        assert_eq!(robust_range(&mesh, &corners), ([1.0, 2.0], false));
     }
 }

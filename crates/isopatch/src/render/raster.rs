@@ -251,6 +251,8 @@ pub(super) struct Samples {
 /// Strokes on a surface are nearer to the eye than it by this part, so that they are not buried between the corners of flat
 /// triangles; a quarter of a percent of the distance is some percent of the radius of the model.
 const LIFT: f64 = 1.0015;
+/// Each set of strokes is nearer than the one before, so that points lie on their lines.
+const LIFT_OF_NEXT: f64 = 1e-4;
 
 impl Samples {
     pub fn new(span: Span) -> Self {
@@ -304,12 +306,13 @@ impl Samples {
     pub fn in_stroke(&mut self, stroke: &Stroke, mut hit: impl FnMut(&mut Self, usize, f32)) {
         let [min, max] = stroke.bounds();
         let span = self.span.clipped(min, max);
+        let lift = LIFT + LIFT_OF_NEXT * f64::from(stroke.set);
         for y in span.min[1]..span.max[1] {
             for x in span.min[0]..span.max[0] {
                 let first = self.first(x, y);
                 for s in 0..SAMPLES {
                     if let Some(near) = stroke.near_at(sample_at(x, y, s)) {
-                        hit(self, first + s, (LIFT * near) as f32);
+                        hit(self, first + s, (lift * near) as f32);
                     }
                 }
             }

@@ -33,11 +33,6 @@ pub(super) struct Light {
     pub key: [f32; 2],
 }
 
-impl Light {
-    /// Nothing in the way.
-    pub const FREE: Self = Self { sky: [1.0; 2], key: [1.0; 2] };
-}
-
 /// Cosine to the direction of the eye below which both sides are lit, since either may be seen between the corners of a triangle.
 const OUTLINE: f32 = 0.25;
 /// Normals that are lit together, so that those of one patch find the same part of a map in the cache.
@@ -280,22 +275,29 @@ mod tests {
     }
 
     #[test]
-    fn what_is_between_two_spheres_is_darker() {
+    fn a_sphere_takes_away_what_the_formula_says() {
         let ball = tessellate(&golden_sphere(), &TessellateOptions { resolution: 12 }).unwrap();
         let count = ball.positions.len() as u32;
+        let center = Vec3::new(3.0, 0.0, 0.0);
         let mut two = ball.clone();
-        two.positions.extend(ball.positions.iter().map(|p| p + Vec3::new(2.05, 0.0, 0.0)));
+        two.positions.extend(ball.positions.iter().map(|p| p + center));
         two.normals.extend(&ball.normals);
         two.triangles.extend(ball.triangles.iter().map(|t| t.map(|v| v + count)));
         two.patches.extend(&ball.patches);
+        // From the front, y is away from the eye.
         let light = skylight(&two, &camera(&two), &Vec3::z());
-        let mean = |side: f64| {
-            let there: Vec<f32> = (0..count as usize)
-                .filter(|v| side * ball.normals[*v].x > 0.8 && ball.normals[*v].y < 0.0)
-                .map(|v| light[v].sky[0])
-                .collect();
-            there.iter().sum::<f32>() / there.len() as f32
-        };
-        assert!(mean(1.0) < 0.45 && mean(-1.0) > 0.95, "{} {}", mean(1.0), mean(-1.0));
+        let mut errors = Vec::new();
+        for v in (0..count as usize).filter(|v| ball.normals[*v].x > 0.85 && ball.normals[*v].y < 0.2) {
+            let (p, n) = (ball.positions[v], ball.normals[v]);
+            // A ball that is all above the horizon takes sin² of its angular radius, times the cosine.
+            let hidden = (center - p).norm_squared().recip() * n.dot(&(center - p).normalize());
+            errors.push(f64::from(light[v].sky[0]) - (1.0 - hidden));
+        }
+        // The ball takes about four of the 32 directions above the horizon, each a sixteenth of the light or less.
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        assert!(errors.len() > 20 && mean.abs() < 0.03, "{mean}");
+        assert!(errors.iter().all(|e| e.abs() < 0.12), "{errors:?}");
+        let behind = (0..count as usize).filter(|v| ball.normals[*v].x < -0.5);
+        assert!(behind.into_iter().all(|v| light[v].sky[0] > 0.97));
     }
 }

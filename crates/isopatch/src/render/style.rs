@@ -112,8 +112,8 @@ pub fn scene<'a>(
             let borders = Borders::new(mesh);
             let mut scene = Scene::new(mesh, plain(PALE));
             scene.lines.push(lines(net, BLUE, 1.1, 0.25));
-            scene.lines.push(lines(points, ORANGE, 4.2, 0.0));
             scene.lines.push(lines(edges(&[&borders.seams, &borders.boundary]), INK, 1.6, 0.0));
+            scene.lines.push(lines(points, ORANGE, 4.2, 0.0));
             scene
         }
         Style::Hull => {
@@ -155,7 +155,7 @@ pub fn scene<'a>(
 
 fn of_curvature<'a>(mesh: &'a Tessellation, kind: Curvature, title: &str) -> Scene<'a> {
     let corners = curvature(mesh, kind);
-    let (range, both_signs) = robust_range(&corners);
+    let (range, both_signs) = robust_range(mesh, &corners);
     let scale = if both_signs { ColorScale::Diverging } else { ColorScale::Sequential };
     let mut scene = Scene::new(mesh, Paint::Values { corners, range, scale });
     scene.legend = Some(Legend { title: title.to_owned(), range, scale });
