@@ -136,7 +136,7 @@ impl Stroke {
         let length = dx * dx + dy * dy;
         let t = if length > 0.0 { ((px * dx + py * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
         let (ex, ey) = (px - t * dx, py - t * dy);
-        (ex * ex + ey * ey <= self.radius * self.radius).then(|| a.near + t * (b.near - a.near))
+        (ex * ex + ey * ey <= self.radius * self.radius).then_some(a.near + t * (b.near - a.near))
     }
 
     fn bounds(&self) -> [[f64; 2]; 2] {
