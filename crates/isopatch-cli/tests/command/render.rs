@@ -14,7 +14,7 @@ fn size(folder: &Folder, name: &str) -> [u32; 2] {
 fn a_native_file_is_drawn_in_every_style() {
     let folder = Folder::new();
     folder
-        .run(&["fit", "torus", "--faces", "120", "--quiet", "-o", "a.isopatch", "-o", "a.png"])
+        .run(&["fit", "torus", "--faces", "300", "--quiet", "-o", "a.isopatch", "-o", "a.png"])
         .assert_done();
     assert_eq!(size(&folder, "a.png"), [1200, 900]);
     folder.run(&["render", "a.isopatch", "-o", "default.png"]).assert_done();
