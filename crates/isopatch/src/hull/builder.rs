@@ -7,7 +7,7 @@ use super::edge::EdgeCell;
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
-use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed};
+use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed, placed_at};
 use super::problem::{Problem, Reason};
 use super::relief::Reliefs;
 use super::repair;
@@ -30,6 +30,8 @@ pub(super) struct Builder<'a> {
     pub score: (usize, usize),
     given: Vec<Vec3>,
     journal: Vec<Change>,
+    /// Length of the journal when something was set last.
+    begun: usize,
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
     pub reliefs: Reliefs,
@@ -78,6 +80,7 @@ impl<'a> Builder<'a> {
             faces,
             given,
             journal: Vec::new(),
+            begun: 0,
             corners: Vec::new(),
             added_creases: Vec::new(),
             reliefs: Reliefs::default(),
@@ -203,11 +206,23 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
+    pub fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
         let mut edges: Vec<EdgeId> = faces.flat_map(|f| self.edges_of(f)).collect();
         edges.sort_unstable();
         edges.dedup();
         edges
+    }
+
+    /// Checks faces that were changed from outside, and their edges.
+    pub fn recheck(&mut self, faces: &[FaceId]) {
+        faces.iter().for_each(|f| self.check_face(*f));
+        let edges = self.edges_around(faces.iter().copied());
+        self.check_edges(&edges);
+    }
+
+    /// A face with apexes on the line in `direction`, at multiples of the lowest heights.
+    pub fn placed_at(&self, f: FaceId, direction: Vec3, factors: [f64; 2]) -> HullFace {
+        placed_at(&self.frame(f), direction, factors, self.options)
     }
 
     /// Replaces class, direction and heights of a face; apexes follow. Its edges have to be checked.
@@ -238,7 +253,7 @@ impl<'a> Builder<'a> {
 
     /// Makes creases of edges and changes gradients. The faces beside them have to be placed next.
     pub fn set(&mut self, creases: &[EdgeId], gradients: &[(HalfEdgeId, Vec3)]) {
-        self.journal.clear();
+        self.begun = self.journal.len();
         for e in creases {
             if self.data.is_crease(*e) {
                 continue;
@@ -247,8 +262,7 @@ impl<'a> Builder<'a> {
             self.data.set_crease(*e, true);
         }
         for (corner, gradient) in gradients {
-            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
-            self.data.set_gradient(*corner, *gradient);
+            self.turn(*corner, *gradient);
         }
     }
 
@@ -271,7 +285,29 @@ impl<'a> Builder<'a> {
 
     /// Undoes what was set and placed last.
     pub fn roll_back(&mut self) {
-        let journal = std::mem::take(&mut self.journal);
+        self.roll_back_to(self.begun);
+    }
+
+    /// What [`Builder::roll_back_to`] comes back to.
+    pub fn mark(&self) -> usize {
+        self.journal.len()
+    }
+
+    /// Replaces a gradient; the faces there have to be checked.
+    pub fn turn(&mut self, corner: HalfEdgeId, gradient: Vec3) {
+        self.journal.push(Change::Gradient(corner, self.data.gradient(corner)));
+        self.data.set_gradient(corner, gradient);
+    }
+
+    /// Replaces a face as it is; it and its edges have to be checked.
+    pub fn replace_face(&mut self, f: FaceId, face: HullFace) {
+        self.journal.push(Change::Face(f, self.faces[f.index()]));
+        self.faces[f.index()] = face;
+    }
+
+    /// Undoes what was changed since a mark.
+    pub fn roll_back_to(&mut self, mark: usize) {
+        let journal = self.journal.split_off(mark);
         let mut touched = Vec::new();
         for change in journal.into_iter().rev() {
             match change {
@@ -279,7 +315,10 @@ impl<'a> Builder<'a> {
                     self.faces[f.index()] = face;
                     touched.push(f);
                 }
-                Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+                Change::Gradient(corner, gradient) => {
+                    self.data.set_gradient(corner, gradient);
+                    touched.push(self.data.mesh().face(corner));
+                }
                 Change::Crease(e) => self.data.set_crease(e, false),
             }
         }

@@ -8,7 +8,7 @@ use super::crease;
 use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
 use super::problem::Reason;
-use super::repair::{most_visible, normal_at};
+use super::repair::{self, most_visible, normal_at};
 use super::simplicial_hull::{AddedCrease, Corner};
 use crate::geom::{Vec3, angle_between};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -110,14 +110,18 @@ fn cut_edge(
         return cut_one_of(builder, &[v], reason, steps, rule);
     }
     let (ends, faces) = (pair.map(|h| mesh.origin(h)), pair.map(|h| mesh.face(h)));
-    let before = builder.score;
+    let (before, mark) = (builder.score, builder.mark());
     builder.set(&[e], &[]);
     builder.place_by_default(&faces, rule);
+    if builder.score >= before {
+        repair::relax_around(builder, ends[0], rule);
+        repair::relax_around(builder, ends[1], rule);
+    }
     if builder.score < before {
         builder.added_creases.push(AddedCrease { edge: e, reason });
         return true;
     }
-    builder.roll_back();
+    builder.roll_back_to(mark);
     cut_one_of(builder, &ends, reason, steps, rule)
 }
 
@@ -132,12 +136,14 @@ fn cut_one_of(
     let before = builder.score;
     for v in vertices {
         for step in steps.get(v).map_or(0, |step| step + 1)..CUTS.len() {
+            let mark = builder.mark();
             if let Some(creases) = cut_vertex(builder, *v, CUTS[step], rule) {
+                repair::relax_around(builder, *v, rule);
                 if builder.score < before {
                     keep(builder, *v, step, reason, creases, steps);
                     return true;
                 }
-                builder.roll_back();
+                builder.roll_back_to(mark);
             }
         }
     }
@@ -146,6 +152,7 @@ fn cut_one_of(
         return false;
     };
     let creases = cut_vertex(builder, *v, Cut::Faces, rule).unwrap_or_default();
+    repair::relax_around(builder, *v, rule);
     keep(builder, *v, last, reason, creases, steps);
     true
 }

@@ -5,6 +5,7 @@ use super::builder::Builder;
 use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
+use super::repair;
 use super::simplicial_hull::{AddedCrease, Hull};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
@@ -58,8 +59,18 @@ fn relieve(
         *count += 1;
         *count <= RAISES
     });
-    raised.iter().for_each(|f| builder.raise_face(*f, RAISE));
-    builder.settle(&raised, rule);
+    for f in &raised {
+        let (before, mark) = (builder.score, builder.mark());
+        builder.raise_face(*f, RAISE);
+        builder.settle(&[*f], rule);
+        if builder.score > before {
+            let at = builder.data.mesh().triangle(*f);
+            at.into_iter().for_each(|v| repair::relax_around(builder, v, rule));
+        }
+        if builder.score > before {
+            builder.roll_back_to(mark);
+        }
+    }
     changed.extend(&raised);
     let stuck = |f: &FaceId| raised.binary_search(f).is_err();
     if rule.corners {

@@ -4,6 +4,7 @@ use super::builder::Builder;
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
+use super::relax;
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId, normals};
@@ -83,13 +84,40 @@ pub(super) fn repair(builder: &mut Builder<'_>, rule: &RobustApexes) {
             better |= lean(builder, e, rule);
         }
         if !better {
+            break;
+        }
+    }
+    relax_all(builder, rule);
+}
+
+/// Relaxes around what is bad, as long as that helps.
+pub(super) fn relax_all(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    for _ in 0..rule.repairs {
+        let bad: Vec<FaceId> = builder.data.mesh().faces().filter(|f| builder.is_bad(*f)).collect();
+        let mut better = false;
+        for cluster in clusters(builder, &bad) {
+            better |= relax::relax(builder, &cluster, rule);
+        }
+        if !better {
             return;
         }
     }
 }
 
+/// Relaxes around a vertex, if something is bad there.
+pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &RobustApexes) {
+    let mesh = builder.data.mesh();
+    let mut bad: Vec<FaceId> = mesh.ring(v).flat_map(|h| mesh.triangle(mesh.face(h)))
+        .flat_map(|v| mesh.ring(v)).map(|h| mesh.face(h)).filter(|f| builder.is_bad(*f)).collect();
+    bad.sort_unstable();
+    bad.dedup();
+    for cluster in clusters(builder, &bad) {
+        relax::relax(builder, &cluster, rule);
+    }
+}
+
 /// The bad faces as sets that hang together over edges.
-fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
+pub(super) fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
     let mesh = builder.data.mesh();
     let mut seen = vec![false; mesh.face_count()];
     let mut found = Vec::new();
