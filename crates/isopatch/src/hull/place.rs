@@ -45,6 +45,9 @@ pub(super) fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) 
     face
 }
 
+/// Bisections for the lowest height where many are tried.
+const ROUGH: usize = 10;
+
 /// A face with its apexes on the line in `direction`, at multiples of the heights of the robust rule.
 pub(super) fn placed_at(
     frame: &FaceFrame,
@@ -58,7 +61,7 @@ pub(super) fn placed_at(
         if !class.reaches(side) {
             return 0.0;
         }
-        let lowest = frame.lowest_height(side, &direction, margin).unwrap_or(frame.inner_radius);
+        let lowest = frame.low_height(side, &direction, margin, ROUGH).unwrap_or(frame.inner_radius);
         factors[side.index()] * lowest
     });
     let mut face = HullFace { class, direction, heights, apexes: [None; 2] };

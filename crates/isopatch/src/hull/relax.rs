@@ -14,7 +14,7 @@ use super::check::made_edge;
 use super::options::RobustApexes;
 use super::repair::most_visible;
 use super::shear;
-use super::simplicial_hull::HullFace;
+use super::simplicial_hull::{HullFace, apexes_beside};
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -26,7 +26,7 @@ const FIRST_STEP: f64 = 0.5;
 const LAST_STEP: f64 = 0.01;
 
 /// Rounds over all variables of a neighbourhood.
-const ROUNDS: usize = 40;
+const ROUNDS: usize = 24;
 
 /// Ways to turn that are tried at each step.
 const WAYS: usize = 6;
@@ -38,13 +38,25 @@ const BETWEEN_ROUNDS: f64 = 2.399963;
 const SEEN: f64 = 0.01;
 
 /// Edge cells should open at least this wide (radians).
-const NARROWEST: f64 = 0.03;
+const NARROWEST: f64 = 0.1;
 
 /// Excess of a face without a height for its apexes, apart from that of its conditions.
 const NO_HEIGHT: f64 = 0.3;
 
 /// Excess of a patch that turns over to first order: it is no fault of the hull yet.
 const TURNED: f64 = 0.02;
+
+/// What a wish counts beside what is needed; wishes grow by 1 each time that a patch turns over.
+const WISH: f64 = 0.3;
+
+/// Per unit of a wish: angle of an edge cell (radians), product of normals and directions, sine in patches through an edge.
+const WISHED_ANGLE: f64 = 0.15;
+const WISHED_VIEW: f64 = 0.1;
+const WISHED_SHEAR: f64 = 0.1;
+
+/// Height of apexes, in radii of the face, and their shift along an edge, in its lengths, for a wish of 1.
+const HIGHEST: f64 = 16.0;
+const WIDEST_SHIFT: f64 = 2.0;
 
 /// Least product of a direction of apexes with the normal of the face.
 const LEAST_FACING: f64 = 0.1;
@@ -79,18 +91,38 @@ pub(super) fn relax(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &Robust
         if !cluster.iter().any(|f| builder.is_bad(*f)) {
             break;
         }
-        let (before, mark) = (builder.score, builder.mark());
-        let (factors, touched) = (BTreeMap::new(), BTreeSet::new());
-        let mut relaxation = Relaxation { builder, rule, factors, touched };
-        relaxation.start(cluster, start);
-        relaxation.descend(cluster);
-        let touched: Vec<FaceId> = relaxation.touched.into_iter().collect();
-        builder.recheck(&touched);
-        if builder.score < before {
-            better = true;
-        } else {
-            builder.roll_back_to(mark);
-        }
+        better |= relax_from(builder, cluster, start, rule, |after, before| after < before);
+    }
+    better
+}
+
+/// The same from where things are, if something is bad.
+pub(super) fn relax_here(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
+    relax_from(builder, cluster, Start::Here, rule, |after, before| after < before)
+}
+
+/// Descends around faces that are wanted to be better than valid; nothing becomes bad by it.
+pub(super) fn loosen(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
+    relax_from(builder, cluster, Start::Here, rule, |after, before| after <= before)
+}
+
+fn relax_from(
+    builder: &mut Builder<'_>,
+    cluster: &[FaceId],
+    start: Start,
+    rule: &RobustApexes,
+    accept: impl Fn((usize, usize), (usize, usize)) -> bool,
+) -> bool {
+    let (before, mark) = (builder.score, builder.mark());
+    let (factors, touched) = (BTreeMap::new(), BTreeSet::new());
+    let mut relaxation = Relaxation { builder, rule, factors, touched };
+    relaxation.start(cluster, start);
+    relaxation.descend(cluster);
+    let touched: Vec<FaceId> = relaxation.touched.into_iter().collect();
+    builder.recheck(&touched);
+    let better = accept(builder.score, before);
+    if !better {
+        builder.roll_back_to(mark);
     }
     better
 }
@@ -313,7 +345,8 @@ impl Relaxation<'_, '_> {
     }
 
     fn face_excess(&self, f: FaceId) -> f64 {
-        face_excess(&self.builder.frame(f), &self.builder.faces[f.index()])
+        let wish = self.builder.reliefs.wish_of_face(f);
+        face_excess(&self.builder.frame(f), &self.builder.faces[f.index()], wish)
     }
 
     fn edge_excess(&self, e: EdgeId) -> f64 {
@@ -322,9 +355,31 @@ impl Relaxation<'_, '_> {
             return crease::excess(data, e, &crease::WIDEST);
         }
         let edge = made_edge(data, &self.builder.faces, e);
-        let cells = edge.cells.iter().flatten().map(|cell| cell_excess(cell, self.rule)).sum::<f64>();
-        let turned = shear::crossing_folds(data, &self.builder.faces, e, edge.class, 0.0);
-        cells + if turned { TURNED } else { 0.0 }
+        if edge.class == Class::Zero {
+            return 0.0;
+        }
+        let wish = self.builder.reliefs.wish_of_edge(e);
+        let mut sum = edge.cells.iter().flatten().map(|cell| cell_excess(cell, wish, self.rule)).sum::<f64>();
+        if wish > 0.0 {
+            sum += self.shift(e, wish);
+        }
+        if shear::crossing_folds(data, &self.builder.faces, e, edge.class, WISHED_SHEAR * wish) {
+            sum += TURNED;
+        }
+        sum
+    }
+
+    /// By how much the apexes beside an edge are shifted along it against each other.
+    fn shift(&self, e: EdgeId, wish: f64) -> f64 {
+        let data = &self.builder.data;
+        let h = data.mesh().edge_half_edge(e);
+        let [a, b] = [data.mesh().origin(h), data.mesh().dest(h)].map(|v| data.positions()[v.index()]);
+        let along = (b - a) / (b - a).norm_squared();
+        let shifts = Side::BOTH.map(|side| {
+            let Some([u, v]) = apexes_beside(data, &self.builder.faces, e, side) else { return 0.0 };
+            ((u - v).dot(&along).abs() - WIDEST_SHIFT / wish).max(0.0)
+        });
+        WISH * shifts.iter().sum::<f64>().ln_1p()
     }
 }
 
@@ -340,16 +395,23 @@ fn ways(v: Vec3, step: f64, phase: f64) -> [Vec3; WAYS] {
     })
 }
 
-fn face_excess(frame: &FaceFrame, face: &HullFace) -> f64 {
-    let hidden: f64 =
-        frame.n.iter().map(|n| (SEEN - n.dot(&frame.normal) / n.norm()).max(0.0)).sum();
+fn face_excess(frame: &FaceFrame, face: &HullFace, wish: f64) -> f64 {
+    let hidden = |least: f64| -> f64 {
+        frame.n.iter().map(|n| (least - n.dot(&frame.normal) / n.norm()).max(0.0)).sum()
+    };
     let low = Side::BOTH.into_iter().any(|side| {
         face.apexes[side.index()].is_some_and(|apex| !frame.layer1(side, &apex).is_copositive())
     });
-    let mut sum = hidden;
+    let rise = |least: f64| -> f64 {
+        frame.n.iter().map(|n| (least - n.dot(&face.direction) / n.norm()).max(0.0)).sum()
+    };
+    let mut sum = hidden(SEEN);
     if low {
-        let rise = |n: &Vec3| (LEAST_FACING - n.dot(&face.direction) / n.norm()).max(0.0);
-        sum += NO_HEIGHT + frame.n.iter().map(rise).sum::<f64>();
+        sum += NO_HEIGHT + rise(LEAST_FACING);
+    }
+    if wish > 0.0 {
+        let high = face.heights.map(|height| (height * wish / (HIGHEST * frame.inner_radius)).max(1.0).ln());
+        sum += WISH * (hidden(WISHED_VIEW * wish) + rise(WISHED_VIEW * wish) + high.iter().sum::<f64>());
     }
     if face.class == Class::Nonconvex && shear::corners_fold(frame, face) {
         sum += TURNED;
@@ -357,8 +419,8 @@ fn face_excess(frame: &FaceFrame, face: &HullFace) -> f64 {
     sum
 }
 
-fn cell_excess(cell: &EdgeCell, rule: &RobustApexes) -> f64 {
-    let narrow = (NARROWEST - cell.angle).max(0.0);
+fn cell_excess(cell: &EdgeCell, wish: f64, rule: &RobustApexes) -> f64 {
+    let narrow = (NARROWEST - cell.angle).max(0.0) + WISH * (WISHED_ANGLE * wish - cell.angle).max(0.0);
     let wide = (cell.angle - rule.widest.min(PI)).max(0.0);
     let steep = |reach: f64| if reach.is_finite() { (rule.reach - reach).max(0.0).ln_1p() } else { 1.0 };
     narrow + wide + cell.reach().map(steep).iter().sum::<f64>()

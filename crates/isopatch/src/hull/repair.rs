@@ -90,17 +90,11 @@ pub(super) fn repair(builder: &mut Builder<'_>, rule: &RobustApexes) {
     relax_all(builder, rule);
 }
 
-/// Relaxes around what is bad, as long as that helps.
-pub(super) fn relax_all(builder: &mut Builder<'_>, rule: &RobustApexes) {
-    for _ in 0..rule.repairs {
-        let bad: Vec<FaceId> = builder.data.mesh().faces().filter(|f| builder.is_bad(*f)).collect();
-        let mut better = false;
-        for cluster in clusters(builder, &bad) {
-            better |= relax::relax(builder, &cluster, rule);
-        }
-        if !better {
-            return;
-        }
+/// Relaxes around what is bad.
+fn relax_all(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    let bad: Vec<FaceId> = builder.data.mesh().faces().filter(|f| builder.is_bad(*f)).collect();
+    for cluster in clusters(builder, &bad) {
+        relax::relax(builder, &cluster, rule);
     }
 }
 
@@ -112,27 +106,29 @@ pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &Robust
     bad.sort_unstable();
     bad.dedup();
     for cluster in clusters(builder, &bad) {
-        relax::relax(builder, &cluster, rule);
+        relax::relax_here(builder, &cluster, rule);
     }
 }
 
 /// The bad faces as sets that hang together over edges.
-pub(super) fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
-    let mesh = builder.data.mesh();
-    let mut seen = vec![false; mesh.face_count()];
+fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
+    clusters_of(builder, bad)
+}
+
+/// Faces, in order, as sets that hang together over smooth edges.
+pub(super) fn clusters_of(builder: &Builder<'_>, faces: &[FaceId]) -> Vec<Vec<FaceId>> {
+    let mut seen = vec![false; faces.len()];
     let mut found = Vec::new();
-    for seed in bad {
-        if seen[seed.index()] {
+    for (n, seed) in faces.iter().enumerate() {
+        if std::mem::replace(&mut seen[n], true) {
             continue;
         }
-        seen[seed.index()] = true;
         let mut cluster = vec![*seed];
         let mut next = 0;
         while let Some(f) = cluster.get(next).copied() {
             next += 1;
             for g in neighbours(&builder.data, f) {
-                if builder.is_bad(g) && !seen[g.index()] {
-                    seen[g.index()] = true;
+                if faces.binary_search(&g).is_ok_and(|n| !std::mem::replace(&mut seen[n], true)) {
                     cluster.push(g);
                 }
             }
