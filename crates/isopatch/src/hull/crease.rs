@@ -93,6 +93,13 @@ pub(super) struct Lean {
     depth: f64,
 }
 
+impl Lean {
+    /// All limits divided by this.
+    pub fn over(&self, divisor: f64) -> Self {
+        Self { turn: self.turn.map(|turn| turn / divisor), depth: self.depth / divisor }
+    }
+}
+
 /// With more the faces fold, or nearly.
 pub(super) const WIDEST: Lean = Lean { turn: [0.9, 0.6], depth: 0.6 };
 

@@ -27,6 +27,7 @@ const LAST_STEP: f64 = 0.01;
 
 /// Rounds over all variables of a neighbourhood.
 const ROUNDS: usize = 24;
+const FEW_ROUNDS: usize = 8;
 
 /// Ways to turn that are tried at each step.
 const WAYS: usize = 6;
@@ -54,8 +55,14 @@ const WISHED_ANGLE: f64 = 0.15;
 const WISHED_VIEW: f64 = 0.1;
 const WISHED_SHEAR: f64 = 0.1;
 
-/// Height of apexes, in radii of the face, and their shift along an edge, in its lengths, for a wish of 1.
-const HIGHEST: f64 = 16.0;
+/// Per unit of a wish: what the limits of creases are divided by, beside 1.
+const WISHED_LEAN: f64 = 0.5;
+
+/// Height of apexes, in radii of their face, above which lower ones are looked for, and what the logarithm of more counts.
+const HIGHEST: f64 = 32.0;
+const TOO_HIGH: f64 = 0.02;
+
+/// Shift of apexes along an edge, in its lengths, for a wish of 1.
 const WIDEST_SHIFT: f64 = 2.0;
 
 /// Least product of a direction of apexes with the normal of the face.
@@ -67,6 +74,7 @@ struct Relaxation<'b, 'a> {
     rule: &'b RobustApexes,
     /// Heights of apexes as multiples of the lowest ones, of faces that take part.
     factors: BTreeMap<FaceId, [f64; 2]>,
+    rounds: usize,
     /// Faces that were changed.
     touched: BTreeSet<FaceId>,
 }
@@ -91,19 +99,19 @@ pub(super) fn relax(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &Robust
         if !cluster.iter().any(|f| builder.is_bad(*f)) {
             break;
         }
-        better |= relax_from(builder, cluster, start, rule, |after, before| after < before);
+        better |= relax_from(builder, cluster, start, rule, ROUNDS, |after, before| after < before);
     }
     better
 }
 
 /// The same from where things are, if something is bad.
 pub(super) fn relax_here(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    relax_from(builder, cluster, Start::Here, rule, |after, before| after < before)
+    relax_from(builder, cluster, Start::Here, rule, ROUNDS, |after, before| after < before)
 }
 
 /// Descends around faces that are wanted to be better than valid; nothing becomes bad by it.
 pub(super) fn loosen(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    relax_from(builder, cluster, Start::Here, rule, |after, before| after <= before)
+    relax_from(builder, cluster, Start::Here, rule, FEW_ROUNDS, |after, before| after <= before)
 }
 
 fn relax_from(
@@ -111,11 +119,12 @@ fn relax_from(
     cluster: &[FaceId],
     start: Start,
     rule: &RobustApexes,
+    rounds: usize,
     accept: impl Fn((usize, usize), (usize, usize)) -> bool,
 ) -> bool {
     let (before, mark) = (builder.score, builder.mark());
     let (factors, touched) = (BTreeMap::new(), BTreeSet::new());
-    let mut relaxation = Relaxation { builder, rule, factors, touched };
+    let mut relaxation = Relaxation { builder, rule, factors, rounds, touched };
     relaxation.start(cluster, start);
     relaxation.descend(cluster);
     let touched: Vec<FaceId> = relaxation.touched.into_iter().collect();
@@ -173,7 +182,7 @@ impl Relaxation<'_, '_> {
     fn descend(&mut self, cluster: &[FaceId]) {
         let mut region: Vec<FaceId> = cluster.to_vec();
         let mut step = FIRST_STEP;
-        for round in 0..ROUNDS {
+        for round in 0..self.rounds {
             let (vertices, faces) = self.at_fault(&mut region);
             if faces.is_empty() || step < LAST_STEP {
                 break;
@@ -352,7 +361,9 @@ impl Relaxation<'_, '_> {
     fn edge_excess(&self, e: EdgeId) -> f64 {
         let data = &self.builder.data;
         if data.is_crease(e) {
-            return crease::excess(data, e, &crease::WIDEST);
+            let faces = data.pair(e).into_iter().flatten().map(|h| data.mesh().face(h));
+            let wish = faces.map(|f| self.builder.reliefs.wish_of_face(f)).fold(0.0, f64::max);
+            return crease::excess(data, e, &crease::WIDEST.over(1.0 + WISHED_LEAN * wish));
         }
         let edge = made_edge(data, &self.builder.faces, e);
         if edge.class == Class::Zero {
@@ -410,9 +421,10 @@ fn face_excess(frame: &FaceFrame, face: &HullFace, wish: f64) -> f64 {
         sum += NO_HEIGHT + rise(LEAST_FACING);
     }
     if wish > 0.0 {
-        let high = face.heights.map(|height| (height * wish / (HIGHEST * frame.inner_radius)).max(1.0).ln());
-        sum += WISH * (hidden(WISHED_VIEW * wish) + rise(WISHED_VIEW * wish) + high.iter().sum::<f64>());
+        sum += WISH * (hidden(WISHED_VIEW * wish) + rise(WISHED_VIEW * wish));
     }
+    let high = face.heights.map(|height| (height / (HIGHEST * frame.inner_radius)).max(1.0).ln());
+    sum += TOO_HIGH * high.iter().sum::<f64>();
     if face.class == Class::Nonconvex && shear::corners_fold(frame, face) {
         sum += TURNED;
     }

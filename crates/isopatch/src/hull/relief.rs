@@ -38,6 +38,9 @@ impl Reliefs {
 const RAISES: usize = 10;
 const RAISE: f64 = 1.5;
 
+/// Height in radii of the face above which apexes are not raised.
+const HIGHEST: f64 = 100.0;
+
 impl Hull {
     /// Changes the hull where the patches over these faces and edges turn over: raises apexes, and if that has not helped, makes
     /// creases and corners. Also says which faces it changed; none if there is nothing left to do, or the rule is the paper's.
@@ -83,7 +86,9 @@ fn relieve(
             continue;
         }
         let (before, mark) = (builder.score, builder.mark());
-        cluster.iter().for_each(|f| builder.raise_face(*f, RAISE));
+        let low = |f: &FaceId| builder.faces[f.index()].heights.iter().all(|h| *h < HIGHEST * builder.frame(*f).inner_radius);
+        let low: Vec<FaceId> = cluster.iter().copied().filter(low).collect();
+        low.iter().for_each(|f| builder.raise_face(*f, RAISE));
         builder.settle(&cluster, rule);
         if builder.score > before {
             relax::relax_here(builder, &cluster, rule);
