@@ -32,10 +32,16 @@ pub(super) struct Builder<'a> {
     journal: Vec<Change>,
     /// Length of the journal when something was set last.
     begun: usize,
+    /// How many more faces and edges may be looked at in relaxing.
+    pub effort: usize,
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
     pub reliefs: Reliefs,
 }
+
+/// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
+const EFFORT: usize = 4_000_000;
+const EFFORT_PER_FACE: usize = 100;
 
 /// What was there before a change.
 enum Change {
@@ -69,6 +75,7 @@ impl<'a> Builder<'a> {
     ) -> Self {
         let edge_count = data.mesh().edge_count();
         let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
+        let face_count = faces.len();
         let mut builder = Self {
             faults: vec![0; faces.len()],
             face_fault: vec![None; faces.len()],
@@ -81,6 +88,7 @@ impl<'a> Builder<'a> {
             given,
             journal: Vec::new(),
             begun: 0,
+            effort: EFFORT + EFFORT_PER_FACE * face_count,
             corners: Vec::new(),
             added_creases: Vec::new(),
             reliefs: Reliefs::default(),

@@ -38,6 +38,9 @@ const BETWEEN_ROUNDS: f64 = 2.399963;
 /// A normal should see the faces around it under this product at least.
 const SEEN: f64 = 0.01;
 
+/// What a product below that counts.
+const HIDDEN: f64 = 5.0;
+
 /// Edge cells should open at least this wide (radians).
 const NARROWEST: f64 = 0.1;
 
@@ -75,6 +78,7 @@ struct Relaxation<'b, 'a> {
     /// Heights of apexes as multiples of the lowest ones, of faces that take part.
     factors: BTreeMap<FaceId, [f64; 2]>,
     rounds: usize,
+    phase: f64,
     /// Faces that were changed.
     touched: BTreeSet<FaceId>,
 }
@@ -90,41 +94,47 @@ enum Start {
     Apexes,
 }
 
-const STARTS: [Start; 3] = [Start::Here, Start::Visible, Start::Apexes];
+const STARTS: [Start; 6] =
+    [Start::Here, Start::Visible, Start::Apexes, Start::Here, Start::Visible, Start::Apexes];
 
 /// Descends around faces at fault, and keeps what that leads to if fewer faces are bad.
 pub(super) fn relax(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    let mut better = false;
-    for start in STARTS {
+    let (before, mark) = (builder.score, builder.mark());
+    for (n, start) in STARTS.into_iter().enumerate() {
         if !cluster.iter().any(|f| builder.is_bad(*f)) {
             break;
         }
-        better |= relax_from(builder, cluster, start, rule, ROUNDS, |after, before| after < before);
+        relax_from(builder, cluster, start, n, rule, ROUNDS, |after, before| after <= before);
     }
-    better
+    if builder.score < before {
+        return true;
+    }
+    builder.roll_back_to(mark);
+    false
 }
 
 /// The same from where things are, if something is bad.
 pub(super) fn relax_here(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    relax_from(builder, cluster, Start::Here, rule, ROUNDS, |after, before| after < before)
+    relax_from(builder, cluster, Start::Here, 0, rule, ROUNDS, |after, before| after < before)
 }
 
 /// Descends around faces that are wanted to be better than valid; nothing becomes bad by it.
 pub(super) fn loosen(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    relax_from(builder, cluster, Start::Here, rule, FEW_ROUNDS, |after, before| after <= before)
+    relax_from(builder, cluster, Start::Here, 0, rule, FEW_ROUNDS, |after, before| after <= before)
 }
 
 fn relax_from(
     builder: &mut Builder<'_>,
     cluster: &[FaceId],
     start: Start,
+    phase: usize,
     rule: &RobustApexes,
     rounds: usize,
     accept: impl Fn((usize, usize), (usize, usize)) -> bool,
 ) -> bool {
     let (before, mark) = (builder.score, builder.mark());
     let (factors, touched) = (BTreeMap::new(), BTreeSet::new());
-    let mut relaxation = Relaxation { builder, rule, factors, rounds, touched };
+    let mut relaxation = Relaxation { builder, rule, factors, rounds, phase: phase as f64, touched };
     relaxation.start(cluster, start);
     relaxation.descend(cluster);
     let touched: Vec<FaceId> = relaxation.touched.into_iter().collect();
@@ -184,10 +194,10 @@ impl Relaxation<'_, '_> {
         let mut step = FIRST_STEP;
         for round in 0..self.rounds {
             let (vertices, faces) = self.at_fault(&mut region);
-            if faces.is_empty() || step < LAST_STEP {
+            if faces.is_empty() || step < LAST_STEP || self.builder.effort == 0 {
                 break;
             }
-            let phase = BETWEEN_ROUNDS * round as f64;
+            let phase = self.phase + BETWEEN_ROUNDS * round as f64;
             let mut better = false;
             for f in &faces {
                 better |= self.turn_direction(*f, step, phase);
@@ -225,7 +235,8 @@ impl Relaxation<'_, '_> {
     }
 
     /// Tries a change; the excess of the faces and edges that it reaches, if that is smaller than `best`.
-    fn excess(&self, faces: &[FaceId], edges: &[EdgeId], best: f64) -> f64 {
+    fn excess(&mut self, faces: &[FaceId], edges: &[EdgeId], best: f64) -> f64 {
+        self.builder.effort = self.builder.effort.saturating_sub(faces.len() + edges.len());
         let mut sum = 0.0;
         for f in faces {
             sum += self.face_excess(*f);
@@ -416,7 +427,10 @@ fn face_excess(frame: &FaceFrame, face: &HullFace, wish: f64) -> f64 {
     let rise = |least: f64| -> f64 {
         frame.n.iter().map(|n| (least - n.dot(&face.direction) / n.norm()).max(0.0)).sum()
     };
-    let mut sum = hidden(SEEN);
+    let mut sum = HIDDEN * hidden(SEEN);
+    if frame.n.iter().any(|n| n.dot(&frame.normal) <= 0.0) {
+        sum += NO_HEIGHT;
+    }
     if low {
         sum += NO_HEIGHT + rise(LEAST_FACING);
     }
