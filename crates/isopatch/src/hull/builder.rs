@@ -40,7 +40,7 @@ pub(super) struct Builder<'a> {
 }
 
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
-const EFFORT: usize = 20_000_000;
+const EFFORT: usize = 10_000_000;
 const EFFORT_PER_FACE: usize = 100;
 
 /// What was there before a change.
@@ -153,7 +153,7 @@ impl<'a> Builder<'a> {
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
-            let of_crease = || crease::fault(&self.data, *e, &crease::WIDEST).map(|(_, reason)| reason);
+            let of_crease = || self.fault_of_crease(*e).map(|_| Reason::CreaseTurns);
             let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
             let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
             self.edges[e.index()] = edge;
@@ -164,6 +164,15 @@ impl<'a> Builder<'a> {
                 }
             }
         }
+    }
+
+    /// The end of a crease where the faces beside it would fold.
+    pub fn fault_of_crease(&self, e: EdgeId) -> Option<VertexId> {
+        if !self.data.is_crease(e) {
+            return None;
+        }
+        let leans = crease::fault(&self.data, e, &crease::WIDEST).map(|(v, _)| v);
+        leans.or_else(|| crease::turns_back(&self.data, &self.faces, e).0)
     }
 
     /// Multiplies the heights of the apexes of a face.

@@ -4,7 +4,6 @@
 //! of its vertices the surface is the mesh itself.
 
 use super::builder::Builder;
-use super::crease;
 use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
 use super::problem::Reason;
@@ -106,7 +105,7 @@ fn cut_edge(
 ) -> bool {
     let Some(pair) = builder.data.pair(e) else { return false };
     let mesh = builder.data.mesh();
-    if let Some((v, _)) = crease::fault(&builder.data, e, &crease::WIDEST) {
+    if let Some(v) = builder.fault_of_crease(e) {
         return cut_one_of(builder, &[v], reason, steps, rule);
     }
     let (ends, faces) = (pair.map(|h| mesh.origin(h)), pair.map(|h| mesh.face(h)));

@@ -2,6 +2,8 @@
 
 use super::hermite::HermiteMesh;
 use super::problem::Reason;
+use super::shear;
+use super::simplicial_hull::HullFace;
 use crate::geom::{Point3, Vec3, angle_between};
 use crate::mesh::{EdgeId, HalfEdgeId, VertexId};
 
@@ -115,6 +117,22 @@ pub(super) fn excess(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> f64 {
 pub(super) fn fault(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> Option<(VertexId, Reason)> {
     let bad = leans(data, e)?.into_iter().find(|lean| lean.excess(limit) > 0.0)?;
     Some((bad.vertex, Reason::CreaseTurns))
+}
+
+/// The vertex at an end of a sharp edge where a face beside it turns over at its corner, and by how much they all do.
+pub(super) fn turns_back(data: &HermiteMesh, faces: &[HullFace], e: EdgeId) -> (Option<VertexId>, f64) {
+    let (mesh, mut first, mut sum) = (data.mesh(), None, 0.0);
+    for h in data.pair(e).into_iter().flatten() {
+        let f = mesh.face(h);
+        for corner in [h, mesh.next(h)] {
+            let excess = shear::corner_turns_back(data, f, &faces[f.index()], mesh.side(corner));
+            if excess > 0.0 {
+                first = first.or(Some(mesh.origin(corner)));
+                sum += excess;
+            }
+        }
+    }
+    (first, sum)
 }
 
 /// How a crease leaves its edge at one end.

@@ -374,7 +374,8 @@ impl Relaxation<'_, '_> {
         if data.is_crease(e) {
             let faces = data.pair(e).into_iter().flatten().map(|h| data.mesh().face(h));
             let wish = faces.map(|f| self.builder.reliefs.wish_of_face(f)).fold(0.0, f64::max);
-            return crease::excess(data, e, &crease::WIDEST.over(1.0 + WISHED_LEAN * wish));
+            let leans = crease::excess(data, e, &crease::WIDEST.over(1.0 + WISHED_LEAN * wish));
+            return leans + crease::turns_back(data, &self.builder.faces, e).1;
         }
         let edge = made_edge(data, &self.builder.faces, e);
         if edge.class == Class::Zero {
