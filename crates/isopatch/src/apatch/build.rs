@@ -45,17 +45,6 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
         if folded.is_empty() {
             break;
         }
-        if std::env::var("DBG").is_ok() {
-            let h = &function.hull;
-            let m = h.data().mesh();
-            eprintln!("round {round}: {} faces {} edges; corners {} creases {}", folded.faces.len(), folded.edges.len(), h.corners().len(), h.added_creases().len());
-            let show = |f: FaceId| { let fr = h.face_frame(f); let fa = &h.faces()[f.index()];
-                format!("{:?} {:?} see {:.2?} dir {:.2} d.n {:.2?} h/r {:.1?} e/r {:.2?} crease {:?} free {:.2?} bound {:.2?}", f.0, fa.class, fr.n.map(|n| n.normalize().dot(&fr.normal)), fa.direction.dot(&fr.normal), fr.n.map(|n| n.normalize().dot(&fa.direction)), fa.heights.map(|x| x / fr.inner_radius), fr.e.map(|r| r.map(|x| x/fr.inner_radius)), m.face_half_edges(f).map(|x| h.data().is_crease(m.edge(x))).collect::<Vec<_>>(), function.free[f.index()].map(|x| x/fr.inner_radius), function.sufficient[f.index()].map(|x| x/fr.inner_radius)) };
-            for f in &folded.faces { eprintln!("  F {}", show(*f)); }
-            for e in &folded.edges { let p = h.data().joint(*e).unwrap().map(|x| m.face(x)); let ed = &h.edges()[e.index()];
-                eprintln!("  E {} {:?} {:?} angles {:.2?} reach {:.2?}", e.0, ed.class, p.map(|f| f.0), ed.cells.map(|c| c.map(|c| c.angle)), ed.cells.map(|c| c.map(|c| c.reach())));
-                for f in p { eprintln!("      {}", show(f)); } }
-        }
         let (hull, changed) = function.hull.relieved(&folded.faces, &folded.edges);
         function = assemble(hull, options);
         if changed.is_empty() {

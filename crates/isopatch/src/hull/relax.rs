@@ -6,18 +6,18 @@
 //! is around it takes part, for a limited number of rounds.
 
 use super::builder::Builder;
+use super::check::made_edge;
 use super::class::{Class, Side};
 use super::crease;
 use super::edge::EdgeCell;
 use super::face::FaceFrame;
-use super::check::made_edge;
 use super::options::RobustApexes;
 use super::repair::most_visible;
 use super::shear;
 use super::simplicial_hull::{HullFace, apexes_beside};
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
-use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
 
@@ -157,7 +157,9 @@ impl Relaxation<'_, '_> {
             let data = &self.builder.data;
             let sectors: Vec<Vec<HalfEdgeId>> = vertices.iter().flat_map(|v| data.sectors(*v)).collect();
             for sector in sectors {
-                if let Some((direction, _)) = most_visible(&self.builder.data, &sector) {
+                let seen = most_visible(&self.builder.data, &sector);
+                let seen = seen.filter(|_| !is_alone(self.builder.data.mesh(), &sector));
+                if let Some((direction, _)) = seen {
                     self.take_normal(&sector, direction);
                 }
             }
@@ -256,6 +258,9 @@ impl Relaxation<'_, '_> {
     fn turn_normal(&mut self, sector: &[HalfEdgeId], step: f64, phase: f64) -> bool {
         let mesh = self.builder.data.mesh();
         let Some(first) = sector.first() else { return false };
+        if is_alone(mesh, sector) {
+            return false;
+        }
         let faces: Vec<FaceId> = sector.iter().map(|h| mesh.face(*h)).collect();
         let edges = self.builder.edges_around(faces.iter().copied());
         let mut least = self.excess(&faces, &edges, f64::INFINITY);
@@ -406,6 +411,12 @@ impl Relaxation<'_, '_> {
     }
 }
 
+/// Is this one face of several at its vertex, between two creases? Then it keeps the normal that it has: in the end its own.
+fn is_alone(mesh: &HalfEdgeMesh, sector: &[HalfEdgeId]) -> bool {
+    let [only] = sector else { return false };
+    mesh.ring(mesh.origin(*only)).count() > 1
+}
+
 /// The vector turned in several ways, as long as before.
 fn ways(v: Vec3, step: f64, phase: f64) -> [Vec3; WAYS] {
     let length = v.norm();
@@ -422,9 +433,9 @@ fn face_excess(frame: &FaceFrame, face: &HullFace, wish: f64) -> f64 {
     let hidden = |least: f64| -> f64 {
         frame.n.iter().map(|n| (least - n.dot(&frame.normal) / n.norm()).max(0.0)).sum()
     };
-    let low = Side::BOTH.into_iter().any(|side| {
-        face.apexes[side.index()].is_some_and(|apex| !frame.layer1(side, &apex).is_copositive())
-    });
+    let low = Side::BOTH
+        .into_iter()
+        .any(|side| face.apexes[side.index()].is_some_and(|apex| !frame.layer1(side, &apex).is_copositive()));
     let rise = |least: f64| -> f64 {
         frame.n.iter().map(|n| (least - n.dot(&face.direction) / n.norm()).max(0.0)).sum()
     };

@@ -5,8 +5,8 @@ use super::builder::Builder;
 use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
-use super::{relax, repair};
 use super::simplicial_hull::{AddedCrease, Hull};
+use super::{relax, repair};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 
@@ -86,7 +86,9 @@ fn relieve(
             continue;
         }
         let (before, mark) = (builder.score, builder.mark());
-        let low = |f: &FaceId| builder.faces[f.index()].heights.iter().all(|h| *h < HIGHEST * builder.frame(*f).inner_radius);
+        let low = |f: &FaceId| {
+            builder.faces[f.index()].heights.iter().all(|h| *h < HIGHEST * builder.frame(*f).inner_radius)
+        };
         let low: Vec<FaceId> = cluster.iter().copied().filter(low).collect();
         low.iter().for_each(|f| builder.raise_face(*f, RAISE));
         builder.settle(&cluster, rule);

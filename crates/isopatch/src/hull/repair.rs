@@ -101,8 +101,13 @@ fn relax_all(builder: &mut Builder<'_>, rule: &RobustApexes) {
 /// Relaxes around a vertex, if something is bad there.
 pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &RobustApexes) {
     let mesh = builder.data.mesh();
-    let mut bad: Vec<FaceId> = mesh.ring(v).flat_map(|h| mesh.triangle(mesh.face(h)))
-        .flat_map(|v| mesh.ring(v)).map(|h| mesh.face(h)).filter(|f| builder.is_bad(*f)).collect();
+    let mut bad: Vec<FaceId> = mesh
+        .ring(v)
+        .flat_map(|h| mesh.triangle(mesh.face(h)))
+        .flat_map(|v| mesh.ring(v))
+        .map(|h| mesh.face(h))
+        .filter(|f| builder.is_bad(*f))
+        .collect();
     bad.sort_unstable();
     bad.dedup();
     for cluster in clusters(builder, &bad) {

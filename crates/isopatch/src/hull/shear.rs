@@ -51,10 +51,10 @@ fn corner_folds(frame: &FaceFrame, face: &HullFace, a: usize) -> bool {
 }
 
 /// Directions at a corner, between its two edges, that are looked at.
-const DIRECTIONS: usize = 16;
+const DIRECTIONS: usize = 24;
 
-/// Sine of the angle between neighbouring directions that a corner should keep.
-const LEAST_TURN: f64 = 1e-3;
+/// By how much of the angle between neighbouring directions a corner should turn at least.
+const LEAST_TURN: f64 = 0.01;
 
 /// By how much the patch over a face with creases turns over at its corner a, to first order: points go along rays from the corner,
 /// which must turn one way from one edge to the other.
@@ -87,9 +87,14 @@ pub(super) fn corner_turns_back(data: &HermiteMesh, f: FaceId, face: &HullFace, 
         Some(derivative - ends[k])
     });
     let lengths = edges.map(|edge| edge.norm_squared());
+    // Closer together near the edges, where a corner turns back first.
+    let angle = |n: usize| {
+        let t = n as f64 / DIRECTIONS as f64;
+        FRAC_PI_2 * t * t * (3.0 - 2.0 * t)
+    };
     let at = |n: usize| {
-        // Equal steps of lengths along the edges, not of weights: else a short edge has all directions.
-        let (z, y) = (FRAC_PI_2 * n as f64 / DIRECTIONS as f64).sin_cos();
+        // Steps of lengths along the edges, not of weights: else a short edge has all directions.
+        let (z, y) = angle(n).sin_cos();
         let weights = [y / lengths[0].sqrt(), z / lengths[1].sqrt()];
         let sum = y * y + z * z;
         let shares = [y * y / sum, z * z / sum];
@@ -98,11 +103,13 @@ pub(super) fn corner_turns_back(data: &HermiteMesh, f: FaceId, face: &HullFace, 
     };
     let normal = frame.n[a].normalize();
     let points: Vec<Vec3> = (0..=DIRECTIONS).map(at).collect();
-    let turn = |pair: &[Vec3]| {
-        let sine = pair[0].cross(&pair[1]).dot(&normal) / (pair[0].norm() * pair[1].norm());
-        if sine.is_finite() { (LEAST_TURN - sine).max(0.0) } else { 1.0 }
+    let turn = |n: usize| {
+        let (p, q) = (points[n], points[n + 1]);
+        let sine = p.cross(&q).dot(&normal) / (p.norm() * q.norm());
+        let least = LEAST_TURN * (angle(n + 1) - angle(n));
+        if sine.is_finite() { (least - sine).max(0.0) } else { 1.0 }
     };
-    points.windows(2).map(turn).sum()
+    (0..DIRECTIONS).map(turn).sum()
 }
 
 /// Places across the patch over an edge that are looked at.
