@@ -11,13 +11,14 @@ use super::class::{Class, Side};
 use super::crease;
 use super::edge::EdgeCell;
 use super::face::FaceFrame;
+use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
 use super::repair::most_visible;
 use super::shear;
 use super::simplicial_hull::{HullFace, apexes_beside};
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
-use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
 
@@ -158,7 +159,7 @@ impl Relaxation<'_, '_> {
             let sectors: Vec<Vec<HalfEdgeId>> = vertices.iter().flat_map(|v| data.sectors(*v)).collect();
             for sector in sectors {
                 let seen = most_visible(&self.builder.data, &sector);
-                let seen = seen.filter(|_| !is_alone(self.builder.data.mesh(), &sector));
+                let seen = seen.filter(|_| !is_alone(&self.builder.data, &sector));
                 if let Some((direction, _)) = seen {
                     self.take_normal(&sector, direction);
                 }
@@ -258,7 +259,7 @@ impl Relaxation<'_, '_> {
     fn turn_normal(&mut self, sector: &[HalfEdgeId], step: f64, phase: f64) -> bool {
         let mesh = self.builder.data.mesh();
         let Some(first) = sector.first() else { return false };
-        if is_alone(mesh, sector) {
+        if is_alone(&self.builder.data, sector) {
             return false;
         }
         let faces: Vec<FaceId> = sector.iter().map(|h| mesh.face(*h)).collect();
@@ -411,10 +412,12 @@ impl Relaxation<'_, '_> {
     }
 }
 
-/// Is this one face of several at its vertex, between two creases? Then it keeps the normal that it has: in the end its own.
-fn is_alone(mesh: &HalfEdgeMesh, sector: &[HalfEdgeId]) -> bool {
-    let [only] = sector else { return false };
-    mesh.ring(mesh.origin(*only)).count() > 1
+/// Is this one face of a vertex all of whose edges are creases? Then it keeps the normal that it has, in the end its own, so that
+/// cutting vertices ends.
+fn is_alone(data: &HermiteMesh, sector: &[HalfEdgeId]) -> bool {
+    let ([only], mesh) = (sector, data.mesh()) else { return false };
+    let v = mesh.origin(*only);
+    mesh.ring(v).count() > 1 && data.sectors(v).iter().all(|sector| sector.len() == 1)
 }
 
 /// The vector turned in several ways, as long as before.

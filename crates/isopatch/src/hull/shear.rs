@@ -53,7 +53,7 @@ fn corner_folds(frame: &FaceFrame, face: &HullFace, a: usize) -> bool {
 /// Directions at a corner, between its two edges, that are looked at.
 const DIRECTIONS: usize = 24;
 
-/// By how much of the angle between neighbouring directions a corner should turn at least.
+/// By how much of what the flat face turns between neighbouring directions a corner should turn at least.
 const LEAST_TURN: f64 = 0.01;
 
 /// By how much the patch over a face with creases turns over at its corner a, to first order: points go along rays from the corner,
@@ -102,11 +102,12 @@ pub(super) fn corner_turns_back(data: &HermiteMesh, f: FaceId, face: &HullFace, 
         of_hull(weights[0], weights[1]) + pulled(0) + pulled(1)
     };
     let normal = frame.n[a].normalize();
+    let widest = edges[0].cross(&edges[1]).norm() / (lengths[0] * lengths[1]).sqrt();
     let points: Vec<Vec3> = (0..=DIRECTIONS).map(at).collect();
     let turn = |n: usize| {
         let (p, q) = (points[n], points[n + 1]);
         let sine = p.cross(&q).dot(&normal) / (p.norm() * q.norm());
-        let least = LEAST_TURN * (angle(n + 1) - angle(n));
+        let least = LEAST_TURN * widest * (angle(n + 1) - angle(n));
         if sine.is_finite() { (least - sine).max(0.0) } else { 1.0 }
     };
     (0..DIRECTIONS).map(turn).sum()
