@@ -40,8 +40,8 @@ pub(super) struct Builder<'a> {
 }
 
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
-const EFFORT: usize = 12_000_000;
-const EFFORT_PER_FACE: usize = 100;
+const EFFORT: usize = 8_000_000;
+const EFFORT_PER_FACE: usize = 20;
 
 /// What was there before a change.
 enum Change {
@@ -354,6 +354,7 @@ impl<'a> Builder<'a> {
     }
 
     pub fn finish(mut self) -> Hull {
+        self.reliefs.effort = self.effort;
         self.corners.sort_unstable_by_key(|corner| corner.vertex);
         self.added_creases.sort_unstable_by_key(|crease| crease.edge);
         let mesh = self.data.mesh();

@@ -137,12 +137,9 @@ fn cut_one_of(
         for step in steps.get(v).map_or(0, |step| step + 1)..CUTS.len() {
             let mark = builder.mark();
             if let Some(creases) = cut_vertex(builder, *v, CUTS[step], rule) {
-                if builder.score >= before {
-                    repair::relax_around(builder, *v, rule);
-                }
+                repair::relax_around(builder, *v, rule);
                 if builder.score < before {
                     keep(builder, *v, step, reason, creases, steps);
-                    repair::relax_around(builder, *v, rule);
                     return true;
                 }
                 builder.roll_back_to(mark);

@@ -116,7 +116,7 @@ pub(super) fn relax(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &Robust
 
 /// The same from where things are, if something is bad.
 pub(super) fn relax_here(builder: &mut Builder<'_>, cluster: &[FaceId], rule: &RobustApexes) -> bool {
-    relax_from(builder, cluster, Start::Here, 0, rule, FEW_ROUNDS, |after, before| after < before)
+    relax_from(builder, cluster, Start::Here, 0, rule, ROUNDS, |after, before| after < before)
 }
 
 /// Descends around faces that are wanted to be better than valid; nothing becomes bad by it.

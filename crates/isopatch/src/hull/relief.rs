@@ -18,6 +18,8 @@ pub(super) struct Reliefs {
     /// How often the patches over faces and edges have turned over.
     faces: BTreeMap<FaceId, usize>,
     edges: BTreeMap<EdgeId, usize>,
+    /// What is left of the effort that relaxing may take.
+    pub effort: usize,
     /// How finely vertices are cut.
     pub steps: Steps,
 }
