@@ -40,7 +40,7 @@ pub(super) struct Builder<'a> {
 }
 
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
-const EFFORT: usize = 8_000_000;
+const EFFORT: usize = 16_000_000;
 const EFFORT_PER_FACE: usize = 20;
 
 /// What was there before a change.

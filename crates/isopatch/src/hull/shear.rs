@@ -54,7 +54,7 @@ fn corner_folds(frame: &FaceFrame, face: &HullFace, a: usize) -> bool {
 const DIRECTIONS: usize = 24;
 
 /// By how much of what the flat face turns between neighbouring directions a corner should turn at least.
-const LEAST_TURN: f64 = 1e-3;
+const LEAST_TURN: f64 = 3e-3;
 
 /// By how much the patch over a face with creases turns over at its corner a, to first order: points go along rays from the corner,
 /// which must turn one way from one edge to the other.
@@ -62,10 +62,6 @@ const LEAST_TURN: f64 = 1e-3;
 /// The points are those of [`corner_folds`], pulled to the curves of the creases as the patch is, see `apatch/crease.rs`:
 /// at y times the edge to b, by y (C′ − c′) times the weight of the crease there.
 pub(super) fn corner_turns_back(data: &HermiteMesh, f: FaceId, face: &HullFace, a: usize) -> f64 {
-    if face.class == Class::Zero {
-        // Flat, between straight creases or next to curves that are checked by how they lean.
-        return 0.0;
-    }
     let frame = FaceFrame::new(data.corners(f), data.corner_gradients(f));
     let mesh = data.mesh();
     let (b, c) = ((a + 1) % 3, (a + 2) % 3);
