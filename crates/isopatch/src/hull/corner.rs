@@ -165,9 +165,20 @@ fn keep(
     steps: &mut Steps,
 ) {
     if steps.insert(vertex, step).is_none() {
-        builder.corners.push(Corner { vertex, reason });
+        builder.corners.push(Corner { vertex, reason: reason_at(builder, vertex, reason) });
     }
     builder.added_creases.extend(creases.into_iter().map(|edge| AddedCrease { edge, reason }));
+}
+
+/// Why a vertex becomes a corner: no vector at all sees the faces around it, or there is one, and with it no hull was found.
+fn reason_at(builder: &Builder<'_>, vertex: VertexId, reason: Reason) -> Reason {
+    let ring: Vec<HalfEdgeId> = builder.data.mesh().ring(vertex).collect();
+    let is_seen = most_visible(&builder.data, &ring).is_some_and(|(_, product)| product > 0.0);
+    match reason {
+        _ if !is_seen => Reason::NoVisibleNormal,
+        Reason::NoVisibleNormal => Reason::NoApex,
+        found => found,
+    }
 }
 
 /// Cuts a vertex, and says which creases that added; None if it changes nothing.
