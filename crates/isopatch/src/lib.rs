@@ -94,6 +94,7 @@ pub mod numeric;
 pub mod query;
 pub mod recipes;
 pub mod report;
+pub mod singular;
 pub mod spline;
 pub mod surface;
 pub mod tessellate;

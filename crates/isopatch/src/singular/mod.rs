@@ -1,0 +1,8 @@
+//! Where an algebraic surface is singular, and what it is there.
+
+mod set;
+
+pub use set::{
+    CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
+    SpecialKind, SpecialPoint, Status,
+};
