@@ -28,6 +28,13 @@ impl TensorNet {
         Self { degrees, coefficients, error }
     }
 
+    /// The polynomial times a number.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.coefficients.iter_mut().for_each(|c| *c *= factor);
+        self.error = factor.abs() * self.error * (1.0 + f64::EPSILON) + f64::EPSILON * self.magnitude();
+        self
+    }
+
     /// The largest absolute value of a coefficient.
     pub fn magnitude(&self) -> f64 {
         self.coefficients.iter().fold(0.0, |m: f64, c| m.max(c.abs()))

@@ -16,6 +16,8 @@ pub(super) struct Cell {
     /// f with parameters from 0 to 1. Derivatives are by these parameters too: that scales rows and columns by positive
     /// numbers, which changes no zero.
     pub net: TensorNet,
+    /// The derivatives as nets of their own, right to their own rounding; else they are taken from the net.
+    gradient: Option<[TensorNet; 3]>,
 }
 
 /// Which points are looked for: each is a part of the one before.
@@ -45,7 +47,18 @@ pub(super) enum Critical {
 impl Cell {
     /// The box with the net from the exact coefficients.
     pub fn new(f: &UnitPolynomial, bounds: Aabb) -> Self {
-        Self { bounds, net: f.net(&bounds) }
+        Self { bounds, net: f.net(&bounds), gradient: None }
+    }
+
+    /// The box with nets of f and its derivatives from the exact coefficients. Each is right to its own rounding, which
+    /// matters where f is small and its derivatives differ in size.
+    pub fn precise(f: &UnitPolynomial, bounds: Aabb) -> Self {
+        Self { bounds, net: f.net(&bounds), gradient: Some([0, 1, 2].map(|a| f.derivative_net(a, &bounds))) }
+    }
+
+    /// The nets of the derivatives, each up to a positive factor.
+    fn gradient(&self) -> [TensorNet; 3] {
+        self.gradient.clone().unwrap_or_else(|| [0, 1, 2].map(|a| self.net.derivative(a)))
     }
 
     /// The eight parts in which f may be zero.
@@ -63,12 +76,22 @@ impl Cell {
         let middle = self.bounds.min[axis] + SPLIT * (self.bounds.max[axis] - self.bounds.min[axis]);
         lower.max[axis] = middle;
         upper.min[axis] = middle;
-        [Self { bounds: lower, net: left }, Self { bounds: upper, net: right }]
+        let [left_gradient, right_gradient] = match &self.gradient {
+            Some(nets) => {
+                let parts = nets.each_ref().map(|g| g.split(axis, SPLIT));
+                [0, 1].map(|side| Some(parts.each_ref().map(|part| part[side].clone())))
+            }
+            None => [None, None],
+        };
+        [
+            Self { bounds: lower, net: left, gradient: left_gradient },
+            Self { bounds: upper, net: right, gradient: right_gradient },
+        ]
     }
 
     /// Might a point of the stratum be in the box?
     pub fn may_hold(&self, stratum: Stratum) -> bool {
-        let gradient = [0, 1, 2].map(|a| self.net.derivative(a));
+        let gradient = self.gradient();
         if !self.net.range().contains(0.0) || !may_vanish(&gradient) {
             return false;
         }
@@ -96,7 +119,7 @@ impl Cell {
     /// Krawczyk's test for ∇f = 0: K(X) = m − Y ∇f(m) + (I − Y ∇²f(X))(X − m), with Y near the inverse of the Hessian.
     /// K(X) inside X: exactly one critical point; K(X) beside X: none.
     pub fn critical(&self) -> Critical {
-        let gradient = [0, 1, 2].map(|a| self.net.derivative(a));
+        let gradient = self.gradient();
         let hessian = symmetric(|a, b| gradient[a].derivative(b).range());
         let entry = |a: usize, b: usize| hessian[pair(a, b)];
         let middle = Mat3::from_fn(|a, b| 0.5 * (entry(a, b).lo + entry(a, b).hi));

@@ -6,9 +6,9 @@ use super::cluster::{clusters, hull};
 use super::graph::graph;
 use super::points::Algebraic;
 use super::set::{PointKind, LowerDimensional, SingularPoint, SingularSet, Status};
-use super::subdivide::{Located, Rest, locate, refine};
+use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
-use super::trace::{Arc, STEP, Tracer};
+use super::trace::{Arc, End, STEP, Tracer};
 use super::unit::UnitPolynomial;
 use crate::field::QuadraticPolynomial;
 use crate::geom::{Aabb, Point3};
@@ -18,10 +18,16 @@ use rayon::prelude::*;
 const DEPTH: usize = 6;
 /// Levels more, for each stratum, until points and curves of it can be told apart.
 const FINER: usize = 3;
+/// Boxes along curves are divided for the next stratum while there are no more than this.
+const MOST_FINER: usize = 4_000;
 /// A cluster with a longer side than this many boxes is part of a curve.
 const COMPACT: f64 = 8.0;
 /// Special points closer than this, in unit coordinates, are one: they were found with different equations.
 const SAME: f64 = 1e-9;
+/// Half the side of the box around the end of a lost arc in which a special point is looked for.
+const AROUND: f64 = 1.7e-2;
+/// How often arcs are followed again, with special points that were missed.
+const REPAIRS: usize = 2;
 /// How far from a box its curve is looked for, in diagonals of the box.
 const REACH: f64 = 1.5;
 
@@ -73,7 +79,7 @@ pub(super) fn find(
     let algebraic = Algebraic { exact, unit, bounds };
     // Larger by a little: what is on a side of the box is inside then, and can be enclosed.
     let margin = 1.37e-3 * unit.bounds.size().max();
-    let Rest { cells, found } = refine(vec![Cell::new(unit, unit.bounds.grown(margin))], DEPTH, Stratum::Singular)?;
+    let Rest { cells, found } = refine(vec![Cell::new(unit, unit.bounds.grown(margin))], DEPTH, MOST_CELLS, Stratum::Singular)?;
     let mut search = Search { simple: found, ..Search::default() };
     let mut long = search.sort(unit, &cells, Stratum::Singular)?;
     search.along = long.clone();
@@ -82,12 +88,20 @@ pub(super) fn find(
             break;
         }
         let kept = long.into_par_iter().filter(|cell| cell.may_hold(stratum)).collect();
-        let rest = refine(kept, FINER, stratum)?;
+        let rest = refine(kept, FINER, MOST_FINER, stratum)?;
         search.simple.extend(rest.found);
         long = search.sort(unit, &rest.cells, stratum)?;
     }
-    let places = merged(&search.degenerate);
-    let arcs = arcs(unit, &search.along, &places);
+    let mut places = merged(&search.degenerate);
+    let mut arcs = arcs(unit, &search.along, &places);
+    for _ in 0..REPAIRS {
+        let more = missed(unit, &arcs, &places)?;
+        if more.is_empty() {
+            break;
+        }
+        places = merged(&[places, more].concat());
+        arcs = self::arcs(unit, &search.along, &places);
+    }
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
@@ -104,6 +118,38 @@ pub(super) fn find(
 /// The order of the lists in a result.
 pub(super) fn lexicographic(a: &Point3, b: &Point3) -> std::cmp::Ordering {
     (0..3).fold(std::cmp::Ordering::Equal, |order, i| order.then(a[i].total_cmp(&b[i])))
+}
+
+/// Special points that subdivision has not told apart from the curves: looked for where arcs could not be followed.
+fn missed(
+    f: &UnitPolynomial,
+    arcs: &[Arc],
+    places: &[(Point3, f64)],
+) -> Result<Vec<(Point3, f64)>, SingularError> {
+    let mut lost: Vec<Point3> = Vec::new();
+    for end in arcs.iter().flat_map(|arc| arc.ends.iter().flatten()) {
+        if let End::Lost(p) = end
+            && !lost.iter().any(|q| (p - q).norm() < AROUND)
+        {
+            lost.push(*p);
+        }
+    }
+    let mut found = Vec::new();
+    for p in lost {
+        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
+            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
+            let new: Vec<_> = located
+                .points
+                .into_iter()
+                .filter(|(q, _)| !places.iter().any(|(known, _)| (known - q).norm() < SAME))
+                .collect();
+            if !located.extended && !new.is_empty() {
+                found.extend(new);
+                break;
+            }
+        }
+    }
+    Ok(found)
 }
 
 /// Points closer together than [`SAME`] as one, with the smallest radius.

@@ -11,6 +11,8 @@ use crate::geom::{Point3, Vec3};
 
 /// Points on sides of the box that are closer than this, in unit coordinates, are one.
 const SAME: f64 = 1e-7;
+/// Points on sides are known to this, in unit coordinates.
+const SIDE_RADIUS: f64 = 1e-12;
 /// Two arcs go on into each other if the cosine of the angle between their tangents is above this.
 const SMOOTH: f64 = 0.999;
 
@@ -64,7 +66,8 @@ pub(super) fn graph(algebraic: &Algebraic, known: &[(Point3, f64)], arcs: Vec<Ar
             }
             continue;
         }
-        let exact = known.get(number).and_then(|(p, r)| algebraic.exact_place(*p, *r));
+        let radius = known.get(number).map_or(SIDE_RADIUS, |(_, r)| *r);
+        let exact = algebraic.exact_place(at, radius);
         numbers[number] = set.special.len();
         set.special.push(SpecialPoint {
             at: exact.as_ref().map_or(algebraic.unit.model(at), nearest),

@@ -29,68 +29,75 @@ const LINES: [[[i32; 3]; 2]; 3] =
 /// Has f no repeated factor? If f on a line keeps its degree and has no repeated root, then certainly. That is asked
 /// modulo a prime, in which √d is a number; a no may be wrong, with a tiny chance on all lines.
 fn is_square_free(f: &QuadraticPolynomial) -> bool {
-    LINES.iter().any(|[from, along]| restricted(f, from, along).is_some_and(|u| u.is_square_free()))
+    LINES.iter().any(|[from, along]| {
+        PRIMES.iter().any(|p| restricted(f, from, along, *p).is_some_and(|u| u.is_square_free()))
+    })
 }
 
-/// A polynomial of one variable modulo [`PRIME`], from the constant up.
-struct Residues(Vec<u64>);
+/// A polynomial of one variable modulo a prime, from the constant up.
+struct Residues {
+    values: Vec<u64>,
+    prime: u64,
+}
 
-/// A prime below 2³¹, for products in 64 bits.
-const PRIME: u64 = 2_147_483_647;
+/// Primes below 2³¹, for products in 64 bits, that are 3 modulo 4: square roots are powers then. √d is a number modulo
+/// every second one.
+const PRIMES: [u64; 5] = [2_147_483_647, 2_147_483_587, 2_147_483_579, 2_147_483_563, 2_147_483_543];
 
 impl Residues {
-    fn trimmed(mut values: Vec<u64>) -> Self {
+    fn trimmed(mut values: Vec<u64>, prime: u64) -> Self {
         while values.last() == Some(&0) {
             values.pop();
         }
-        Self(values)
+        Self { values, prime }
     }
 
     /// gcd(u, u') = 1.
     fn is_square_free(&self) -> bool {
-        let derivative = self.0.iter().enumerate().skip(1).map(|(k, c)| c * k as u64 % PRIME).collect();
-        let (mut a, mut b) = (Self(self.0.clone()), Self::trimmed(derivative));
-        while !b.0.is_empty() {
+        let derivative = self.values.iter().enumerate().skip(1).map(|(k, c)| c * k as u64 % self.prime).collect();
+        let mut a = Self { values: self.values.clone(), prime: self.prime };
+        let mut b = Self::trimmed(derivative, self.prime);
+        while !b.values.is_empty() {
             let rest = a.remainder(&b);
             a = std::mem::replace(&mut b, rest);
         }
-        a.0.len() == 1
+        a.values.len() == 1
     }
 
     fn remainder(&self, divisor: &Self) -> Self {
-        let mut rest = self.0.clone();
-        let Some(&leading) = divisor.0.last() else { return Self(rest) };
-        let inverse = power(leading, PRIME - 2);
-        while rest.len() >= divisor.0.len() {
-            let factor = rest.last().copied().unwrap_or(0) * inverse % PRIME;
-            let offset = rest.len() - divisor.0.len();
-            for (i, c) in divisor.0.iter().enumerate() {
-                rest[offset + i] = (rest[offset + i] + (PRIME - factor) * c) % PRIME;
+        let prime = self.prime;
+        let mut rest = self.values.clone();
+        let inverse = divisor.values.last().map_or(0, |leading| power(*leading, prime - 2, prime));
+        while rest.len() >= divisor.values.len() {
+            let factor = rest.last().copied().unwrap_or(0) * inverse % prime;
+            let offset = rest.len() - divisor.values.len();
+            for (i, c) in divisor.values.iter().enumerate() {
+                rest[offset + i] = (rest[offset + i] + (prime - factor) * c) % prime;
             }
             rest.pop();
         }
-        Self::trimmed(rest)
+        Self::trimmed(rest, prime)
     }
 }
 
-fn power(base: u64, exponent: u64) -> u64 {
+fn power(base: u64, exponent: u64, prime: u64) -> u64 {
     let digits = u64::BITS - exponent.leading_zeros();
     (0..digits).rev().fold(1, |p, i| {
-        let square = p * p % PRIME;
-        if exponent >> i & 1 == 1 { square * base % PRIME } else { square }
+        let square = p * p % prime;
+        if exponent >> i & 1 == 1 { square * base % prime } else { square }
     })
 }
 
 /// f on the line `from` + t `along`; none if the prime divides a denominator, √d is no number modulo it, or the degree
 /// falls.
-fn restricted(f: &QuadraticPolynomial, from: &[i32; 3], along: &[i32; 3]) -> Option<Residues> {
+fn restricted(f: &QuadraticPolynomial, from: &[i32; 3], along: &[i32; 3], prime: u64) -> Option<Residues> {
     let residue = |n: &BigInt| -> u64 {
-        let prime = BigInt::from(PRIME);
+        let prime = BigInt::from(prime);
         u64::try_from(((n % &prime) + &prime) % &prime).unwrap_or(0)
     };
-    // PRIME = 3 mod 4: a root of d is d^((p+1)/4), if there is one.
-    let root = power(f.radicand % PRIME, PRIME.div_ceil(4));
-    if root * root % PRIME != f.radicand % PRIME {
+    // p = 3 mod 4: a root of d is d^((p+1)/4), if there is one.
+    let root = power(f.radicand % prime, prime.div_ceil(4), prime);
+    if root * root % prime != f.radicand % prime {
         return None;
     }
     let degree = f.degree() as usize;
@@ -101,24 +108,24 @@ fn restricted(f: &QuadraticPolynomial, from: &[i32; 3], along: &[i32; 3]) -> Opt
             if denominator == 0 {
                 return None;
             }
-            let c = residue(c.numer()) * power(denominator, PRIME - 2) % PRIME * factor % PRIME;
+            let c = residue(c.numer()) * power(denominator, prime - 2, prime) % prime * factor % prime;
             let mut term = vec![c];
             for a in 0..3 {
                 let number = |n: i32| residue(&BigInt::from(n));
                 for _ in 0..e[a] {
                     let mut next = vec![0; term.len() + 1];
                     for (k, t) in term.iter().enumerate() {
-                        next[k] = (next[k] + t * number(from[a])) % PRIME;
-                        next[k + 1] = (next[k + 1] + t * number(along[a])) % PRIME;
+                        next[k] = (next[k] + t * number(from[a])) % prime;
+                        next[k + 1] = (next[k + 1] + t * number(along[a])) % prime;
                     }
                     term = next;
                 }
             }
-            sum.iter_mut().zip(term).for_each(|(s, t)| *s = (*s + t) % PRIME);
+            sum.iter_mut().zip(term).for_each(|(s, t)| *s = (*s + t) % prime);
         }
     }
-    let sum = Residues::trimmed(sum);
-    (sum.0.len() == degree + 1).then_some(sum)
+    let sum = Residues::trimmed(sum, prime);
+    (sum.values.len() == degree + 1).then_some(sum)
 }
 
 /// Most terms of a polynomial on the way to a common divisor.

@@ -8,7 +8,7 @@ use crate::geom::{Aabb, Point3};
 use rayon::prelude::*;
 
 /// Most boxes of one size.
-const MOST_CELLS: usize = 200_000;
+pub(super) const MOST_CELLS: usize = 200_000;
 
 /// What is left of some boxes.
 #[derive(Debug, Default)]
@@ -21,9 +21,19 @@ pub(super) struct Rest {
 
 /// Divides boxes `levels` times and drops those that hold no point of the stratum. Critical points that can be told apart
 /// are taken out.
-pub(super) fn refine(cells: Vec<Cell>, levels: usize, stratum: Stratum) -> Result<Rest, SingularError> {
+///
+/// It stops early when more than `most` boxes are left.
+pub(super) fn refine(
+    cells: Vec<Cell>,
+    levels: usize,
+    most: usize,
+    stratum: Stratum,
+) -> Result<Rest, SingularError> {
     let mut rest = Rest { cells, found: Vec::new() };
     for _ in 0..levels {
+        if rest.cells.len() > most {
+            break;
+        }
         let outcomes: Vec<(Vec<Cell>, Vec<Aabb>)> =
             rest.cells.par_iter().map(|cell| parts(cell, stratum)).collect();
         rest.cells.clear();
@@ -74,6 +84,9 @@ const LOOKS: usize = 40;
 const SMALL: f64 = 1e-14;
 /// A hull that keeps more than this part of its size has not shrunk.
 const SHRUNK: f64 = 0.6;
+/// A hull below this size has shrunk many times before; if it shrinks no more, the terms that would tell are lost in the
+/// rounding of others: z⁴ in z⁴ + x² at 10⁻⁴, when x is at 10⁻⁸ already.
+const ROUNDED: f64 = 1e-3;
 /// How often a hull may fail to shrink before it counts as part of a curve.
 const PATIENCE: usize = 2;
 
@@ -93,13 +106,15 @@ pub(super) fn locate(f: &UnitPolynomial, bounds: Aabb, stratum: Stratum) -> Resu
             bounds.min - 0.0713 * Point3::repeat(size),
             bounds.max + 0.0591 * Point3::repeat(size),
         );
-        let rest = refine(vec![Cell::new(f, bounds)], LEVELS, stratum)?;
+        let rest = refine(vec![Cell::precise(f, bounds)], LEVELS, MOST_CELLS, stratum)?;
         result.found.extend(rest.found);
         for members in clusters(&rest.cells) {
             let inner = hull(members.iter().map(|i| &rest.cells[*i]));
             let failures = if inner.size().max() > SHRUNK * size { failures + 1 } else { 0 };
-            if failures >= PATIENCE {
+            if failures >= PATIENCE && size > ROUNDED {
                 result.extended = true;
+            } else if failures >= PATIENCE {
+                result.points.push((inner.center(), 0.5 * inner.diagonal()));
             } else {
                 open.push((inner, looks + 1, failures));
             }

@@ -96,7 +96,36 @@ impl UnitPolynomial {
 
     /// The net of f on a box, from the exact coefficients: every coefficient is right to the rounding of the largest.
     pub fn net(&self, cell: &Aabb) -> TensorNet {
-        let mut dense = Dense::new(self.degrees, self.terms.iter().cloned());
+        self.net_of(self.degrees, self.terms.iter().cloned(), 1, cell).0
+    }
+
+    /// The net of the derivative by the parameter of an axis, in units of the whole coefficients: those of the three
+    /// axes have one scale.
+    pub fn derivative_net(&self, axis: usize, cell: &Aabb) -> TensorNet {
+        if self.degrees[axis] == 0 {
+            return TensorNet::new([0; 3], vec![0.0], 0.0);
+        }
+        let mut degrees = self.degrees;
+        degrees[axis] -= 1;
+        let terms = self.terms.iter().filter(|(e, _)| e[axis] > 0).map(|(e, c)| {
+            let mut lower = *e;
+            lower[axis] -= 1;
+            (lower, c * e[axis])
+        });
+        let (net, scale) = self.net_of(degrees, terms, self.degrees[axis] as u32, cell);
+        net.scaled(scale * (cell.max[axis] - cell.min[axis]))
+    }
+
+    /// The net of a polynomial on a box, scaled to size 1, and the factor to its values; `growth` bounds what
+    /// differentiation does to errors.
+    fn net_of(
+        &self,
+        degrees: [usize; 3],
+        terms: impl Iterator<Item = (Exponents, BigInt)>,
+        growth: u32,
+        cell: &Aabb,
+    ) -> (TensorNet, f64) {
+        let mut dense = Dense::new(degrees, terms);
         let mut factor = BigInt::one();
         for axis in 0..3 {
             factor *= dense.bernstein(axis, cell.min[axis], cell.max[axis]);
@@ -104,10 +133,11 @@ impl UnitPolynomial {
         let digits = dense.values.iter().map(|c| c.bits()).max().unwrap_or(0);
         let coefficients: Vec<f64> = dense.values.iter().map(|c| ratio(c, digits)).collect();
         // Bernstein coefficients of degree n are at most 4^n times as large as the polynomial on the interval.
-        let condition = 2 * self.degrees.iter().sum::<usize>();
-        let inherited = ratio(&(((&self.error * factor) << condition) + 1), digits);
+        let condition = 2 * degrees.iter().sum::<usize>();
+        let inherited = ratio(&(((&self.error * growth * &factor) << condition) + 1), digits);
         let rounding = 2.0 * f64::EPSILON;
-        TensorNet::new(self.degrees, coefficients, if self.error.is_zero() { rounding } else { rounding + 2.0 * inherited })
+        let error = if self.error.is_zero() { rounding } else { rounding + 2.0 * inherited };
+        (TensorNet::new(degrees, coefficients, error), 1.0 / ratio(&factor, digits))
     }
 
     /// The exact value of a partial derivative at a point of floats, over 2^digits of the floating-point form, rounded
