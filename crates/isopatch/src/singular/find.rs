@@ -16,10 +16,16 @@ use rayon::prelude::*;
 
 /// How deep the box is divided before what is left is looked at in clusters.
 const DEPTH: usize = 6;
+/// How deep it is divided where points can't be told apart sooner.
+const DEEPEST: usize = 10;
+/// Boxes along a curve double at every level; those around points grow no more, sooner or later.
+const GROWTH: f64 = 1.6;
+/// After so many levels of growth in a row it is taken for a curve.
+const GROWTHS: usize = 2;
 /// Levels more, for each stratum, until points and curves of it can be told apart.
-const FINER: usize = 3;
+const FINER: usize = 2;
 /// Boxes along curves are divided for the next stratum while there are no more than this.
-const MOST_FINER: usize = 4_000;
+const MOST_FINER: usize = 8_000;
 /// A cluster with a longer side than this many boxes is part of a curve.
 const COMPACT: f64 = 8.0;
 /// Special points closer than this, in unit coordinates, are one: they were found with different equations.
@@ -43,6 +49,30 @@ struct Search {
 }
 
 impl Search {
+    /// Divides what is left farther, as long as it does not look like curves, whose boxes double at every level. Returns
+    /// the boxes of compact clusters and those along curves.
+    fn separate(&mut self, cells: Vec<Cell>) -> Result<(Vec<Cell>, Vec<Cell>), SingularError> {
+        let (mut compact, mut long) = (Vec::new(), Vec::new());
+        let mut groups: Vec<(Vec<Cell>, usize)> = split_by_cluster(cells).into_iter().map(|g| (g, 0)).collect();
+        for depth in DEPTH..=DEEPEST {
+            let mut next = Vec::new();
+            for (group, growths) in groups {
+                if depth == DEEPEST || growths >= GROWTHS {
+                    if is_compact(&group) { compact.extend(group) } else { long.extend(group) }
+                    continue;
+                }
+                let before = group.len() as f64;
+                let rest = refine(group, 1, MOST_CELLS, Stratum::Singular)?;
+                self.simple.extend(rest.found);
+                let grown = rest.cells.len() as f64 > GROWTH * before;
+                let growths = if grown && depth >= DEPTH + 1 { growths + 1 } else { 0 };
+                next.extend(split_by_cluster(rest.cells).into_iter().map(|g| (g, growths)));
+            }
+            groups = next;
+        }
+        Ok((compact, long))
+    }
+
     /// Sorts what is left of the box: compact clusters are looked at closely, the others are searched for points of the
     /// next stratum.
     fn sort(&mut self, f: &UnitPolynomial, cells: &[Cell], stratum: Stratum) -> Result<Vec<Cell>, SingularError> {
@@ -52,7 +82,7 @@ impl Search {
             .par_iter()
             .map(|members| {
                 let bounds = hull(members.iter().map(|i| &cells[*i]));
-                let side = members.iter().fold(0.0_f64, |s, i| s.max(cells[*i].bounds.size().max()));
+                let side = cells[members[0]].bounds.size().max();
                 let compact = bounds.size().max() <= COMPACT * side;
                 compact.then(|| locate(f, bounds, stratum)).transpose()
             })
@@ -70,6 +100,16 @@ impl Search {
     }
 }
 
+/// The boxes of each cluster.
+fn split_by_cluster(cells: Vec<Cell>) -> Vec<Vec<Cell>> {
+    clusters(&cells).iter().map(|members| members.iter().map(|i| cells[*i].clone()).collect()).collect()
+}
+
+/// Is a cluster only a few boxes long?
+fn is_compact(cells: &[Cell]) -> bool {
+    cells.first().is_some_and(|first| hull(cells).size().max() <= COMPACT * first.bounds.size().max())
+}
+
 /// The singular set of f = 0 in a box, f without repeated factors.
 pub(super) fn find(
     exact: &QuadraticPolynomial,
@@ -79,9 +119,11 @@ pub(super) fn find(
     let algebraic = Algebraic { exact, unit, bounds };
     // Larger by a little: what is on a side of the box is inside then, and can be enclosed.
     let margin = 1.37e-3 * unit.bounds.size().max();
-    let Rest { cells, found } = refine(vec![Cell::new(unit, unit.bounds.grown(margin))], DEPTH, MOST_CELLS, Stratum::Singular)?;
+    let start = Cell::new(unit, unit.bounds.grown(margin));
+    let Rest { cells, found } = refine(vec![start], DEPTH, MOST_CELLS, Stratum::Singular)?;
     let mut search = Search { simple: found, ..Search::default() };
-    let mut long = search.sort(unit, &cells, Stratum::Singular)?;
+    let (compact, mut long) = search.separate(cells)?;
+    long.extend(search.sort(unit, &compact, Stratum::Singular)?);
     search.along = long.clone();
     for stratum in [Stratum::RankOne, Stratum::Irregular, Stratum::Flat] {
         if long.is_empty() {
@@ -105,6 +147,7 @@ pub(super) fn find(
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
+    let simple = distinct(simple, SAME * unit.scale);
     let degenerate = alone.iter().filter_map(|i| algebraic.degenerate_point(places[*i].0, places[*i].1));
     set.points = simple.into_iter().chain(degenerate).collect();
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
@@ -172,6 +215,17 @@ fn separate(boxes: &[Aabb]) -> Vec<Aabb> {
     for b in boxes {
         if !result.iter().any(|known| known.overlaps(b)) {
             result.push(*b);
+        }
+    }
+    result
+}
+
+/// Points that were found in two boxes, as one.
+fn distinct(points: Vec<SingularPoint>, same: f64) -> Vec<SingularPoint> {
+    let mut result: Vec<SingularPoint> = Vec::with_capacity(points.len());
+    for p in points {
+        if !result.iter().any(|q| (p.at - q.at).norm() <= same + p.radius + q.radius) {
+            result.push(p);
         }
     }
     result
