@@ -9,6 +9,7 @@ use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::spline::RecipeError;
+use isopatch::singular::SingularError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -38,6 +39,8 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Singular(#[from] SingularError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -86,6 +89,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }

@@ -65,7 +65,11 @@ impl Cell {
     pub fn split(&self) -> Vec<Self> {
         let mut parts = vec![self.clone()];
         for axis in 0..3 {
-            parts = parts.iter().flat_map(|part| part.halves(axis)).filter(|p| p.net.range().contains(0.0)).collect();
+            parts = parts
+                .iter()
+                .flat_map(|part| part.halves(axis))
+                .filter(|p| p.net.range().contains(0.0))
+                .collect();
         }
         parts
     }
@@ -134,7 +138,8 @@ impl Cell {
         let at_middle = gradient.each_ref().map(|g| {
             let value = g.value([0.5; 3]);
             // The evaluation is a few steps like those of a split.
-            let error = g.error + 4.0 * f64::EPSILON * (g.degrees.iter().sum::<usize>() + 1) as f64 * g.magnitude();
+            let error =
+                g.error + 4.0 * f64::EPSILON * (g.degrees.iter().sum::<usize>() + 1) as f64 * g.magnitude();
             Interval::new(value - error, value + error)
         });
         let half = Interval::new(-0.5, 0.5);
@@ -236,7 +241,11 @@ mod tests {
         assert!(Cell::new(&f, cell).may_hold(Stratum::RankOne));
         assert!(Cell::precise(&f, cell).may_hold(Stratum::RankOne));
         assert_eq!(Cell::precise(&f, cell).critical(), Critical::Unknown);
-        let held = Cell::precise(&f, cell).split().iter().filter(|c| c.may_hold(Stratum::RankOne) && c.critical() != Critical::None).count();
+        let held = Cell::precise(&f, cell)
+            .split()
+            .iter()
+            .filter(|c| c.may_hold(Stratum::RankOne) && c.critical() != Critical::None)
+            .count();
         assert!(held > 0);
     }
 }

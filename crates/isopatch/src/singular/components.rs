@@ -54,8 +54,13 @@ pub(super) fn components(f: &UnitPolynomial, singular: &[Point3]) -> Option<Comp
         if parts.len() > MOST_CELLS {
             return None;
         }
-        let (done, open): (Vec<_>, Vec<_>) = parts.into_iter().partition(|(_, smooth)| *smooth || depth == DEPTH);
-        leaves.extend(done.into_iter().map(|(cell, smooth)| Leaf { bounds: cell.bounds, smooth, zero: None }));
+        let (done, open): (Vec<_>, Vec<_>) =
+            parts.into_iter().partition(|(_, smooth)| *smooth || depth == DEPTH);
+        leaves.extend(done.into_iter().map(|(cell, smooth)| Leaf {
+            bounds: cell.bounds,
+            smooth,
+            zero: None,
+        }));
         cells = open.par_iter().flat_map_iter(|(cell, _)| cell.split()).collect();
     }
     let found: Vec<Option<Point3>> = leaves.par_iter().map(|leaf| zero(f, leaf, singular, &tree)).collect();
@@ -92,7 +97,8 @@ fn zero(f: &UnitPolynomial, leaf: &Leaf, singular: &[Point3], tree: &BoxTree) ->
         let critical = critical_point(f, &leaf.bounds)?;
         return (f.value(critical).signum() != first.signum()).then(|| between(f, critical, corners[0]));
     }
-    let on_side = (0..3).any(|a| leaf.bounds.min[a] <= f.bounds.min[a] || leaf.bounds.max[a] >= f.bounds.max[a]);
+    let on_side =
+        (0..3).any(|a| leaf.bounds.min[a] <= f.bounds.min[a] || leaf.bounds.max[a] >= f.bounds.max[a]);
     on_side.then(|| lowest(f, &leaf.bounds, first.signum())).flatten()
 }
 
@@ -195,7 +201,8 @@ fn linked(f: &UnitPolynomial, a: &Leaf, b: &Leaf) -> bool {
     }
     // Between smooth leaves the corners of the common side tell; elsewhere it is looked at more closely.
     let intervals = if a.smooth && b.smooth && !is_cap(f, a) && !is_cap(f, b) { 1 } else { CLOSER };
-    let coordinate = |i: usize, k: usize| common.min[i] + (common.max[i] - common.min[i]) * k as f64 / intervals as f64;
+    let coordinate =
+        |i: usize, k: usize| common.min[i] + (common.max[i] - common.min[i]) * k as f64 / intervals as f64;
     let steps = |i: usize| if common.min[i] < common.max[i] { 0..=intervals } else { 0..=0 };
     let (mut below, mut above) = (false, false);
     for i in steps(0) {

@@ -5,13 +5,13 @@ use super::cell::{Cell, Stratum};
 use super::cluster::{clusters, hull};
 use super::graph::graph;
 use super::points::Algebraic;
-use super::set::{PointKind, LowerDimensional, SingularPoint, SingularSet, Status};
+use super::set::{CurveSample, LowerDimensional, PointKind, SingularPoint, SingularSet, Status};
 use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
 use super::trace::{Arc, End, STEP, Tracer};
 use super::unit::UnitPolynomial;
 use crate::field::QuadraticPolynomial;
-use crate::geom::{Aabb, Point3};
+use crate::geom::{Aabb, BoxTree, Point3};
 use rayon::prelude::*;
 
 /// How deep the box is divided before what is left is looked at in clusters.
@@ -32,6 +32,11 @@ const COMPACT: f64 = 8.0;
 const SAME: f64 = 1e-9;
 /// Half the side of the box around the end of a lost arc in which a special point is looked for.
 const AROUND: f64 = 1.7e-2;
+/// Arcs that are continued meet if they come this close, in unit coordinates.
+const MEETING: f64 = 1e-8;
+const MEETING_STEPS: usize = 20;
+/// Above this cosine of the angle between their tangents, two curves at one place are one.
+const PARALLEL: f64 = 0.9;
 /// How often arcs are followed again, with special points that were missed.
 const REPAIRS: usize = 2;
 /// How far from a box its curve is looked for, in diagonals of the box.
@@ -53,12 +58,17 @@ impl Search {
     /// the boxes of compact clusters and those along curves.
     fn separate(&mut self, cells: Vec<Cell>) -> Result<(Vec<Cell>, Vec<Cell>), SingularError> {
         let (mut compact, mut long) = (Vec::new(), Vec::new());
-        let mut groups: Vec<(Vec<Cell>, usize)> = split_by_cluster(cells).into_iter().map(|g| (g, 0)).collect();
+        let mut groups: Vec<(Vec<Cell>, usize)> =
+            split_by_cluster(cells).into_iter().map(|g| (g, 0)).collect();
         for depth in DEPTH..=DEEPEST {
             let mut next = Vec::new();
             for (group, growths) in groups {
                 if depth == DEEPEST || growths >= GROWTHS {
-                    if is_compact(&group) { compact.extend(group) } else { long.extend(group) }
+                    if is_compact(&group) {
+                        compact.extend(group)
+                    } else {
+                        long.extend(group)
+                    }
                     continue;
                 }
                 let before = group.len() as f64;
@@ -75,7 +85,12 @@ impl Search {
 
     /// Sorts what is left of the box: compact clusters are looked at closely, the others are searched for points of the
     /// next stratum.
-    fn sort(&mut self, f: &UnitPolynomial, cells: &[Cell], stratum: Stratum) -> Result<Vec<Cell>, SingularError> {
+    fn sort(
+        &mut self,
+        f: &UnitPolynomial,
+        cells: &[Cell],
+        stratum: Stratum,
+    ) -> Result<Vec<Cell>, SingularError> {
         let mut long = Vec::new();
         let groups = clusters(cells);
         let located: Vec<Result<Option<Located>, SingularError>> = groups
@@ -178,7 +193,7 @@ fn missed(
         }
     }
     let mut found = Vec::new();
-    for p in lost {
+    'places: for p in lost {
         for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
             let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
             let new: Vec<_> = located
@@ -188,11 +203,36 @@ fn missed(
                 .collect();
             if !located.extended && !new.is_empty() {
                 found.extend(new);
-                break;
+                continue 'places;
             }
         }
+        let ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
+        // The two that cross at the largest angle meet where it is best known.
+        let pairs = ends.iter().enumerate().flat_map(|(i, a)| ends[..i].iter().map(move |b| (a, b)));
+        let cosine = |(a, b): &(&Vec<CurveSample>, &Vec<CurveSample>)| match (a.last(), b.last()) {
+            (Some(a), Some(b)) => a.tangent.dot(&b.tangent).abs(),
+            _ => 1.0,
+        };
+        let widest = pairs.min_by(|a, b| cosine(a).total_cmp(&cosine(b)));
+        let place = widest.and_then(|(a, b)| meeting(a, b));
+        found.extend(place.map(|at| (at, MEETING)));
     }
     Ok(found)
+}
+
+/// The samples of an arc towards each end that was lost near p.
+fn lost_ends(arc: &Arc, p: Point3) -> Vec<Vec<CurveSample>> {
+    let is_near = |end: &End| matches!(end, End::Lost(q) if (p - q).norm() < AROUND);
+    let Some([first, last]) = &arc.ends else { return Vec::new() };
+    let mut ends = Vec::new();
+    if is_near(last) {
+        ends.push(arc.samples.clone());
+    }
+    if is_near(first) {
+        let turned = |s: &CurveSample| CurveSample { at: s.at, tangent: -s.tangent };
+        ends.push(arc.samples.iter().rev().map(turned).collect());
+    }
+    ends
 }
 
 /// Points closer together than [`SAME`] as one, with the smallest radius.
@@ -231,28 +271,92 @@ fn distinct(points: Vec<SingularPoint>, same: f64) -> Vec<SingularPoint> {
     result
 }
 
-/// All arcs that pass through the boxes.
+/// All arcs that pass through the boxes. A box in or beside which an arc passes is not searched again.
 fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc> {
     let special: Vec<Point3> = places.iter().map(|(p, _)| *p).collect();
     let tracer = Tracer { f, special: &special, bounds: f.bounds };
-    let feet: Vec<_> = cells
-        .par_iter()
-        .map(|cell| {
-            let reach = REACH * cell.bounds.diagonal();
-            tracer.foot(cell.bounds.center(), reach).filter(|(_, foot)| f.bounds.contains(&foot.at))
-        })
-        .collect();
+    let boxes: Vec<Aabb> = cells.iter().map(|c| c.bounds.grown(c.bounds.size().max())).collect();
+    let tree = BoxTree::new(&boxes);
+    let mut done = vec![false; cells.len()];
     let mut arcs: Vec<Arc> = Vec::new();
-    for (system, foot) in feet.into_iter().flatten() {
+    for (i, cell) in cells.iter().enumerate() {
+        if done[i] {
+            continue;
+        }
+        let reach = REACH * cell.bounds.diagonal();
+        let Some((system, foot)) = tracer.foot(cell.bounds.center(), reach) else { continue };
         let covered = |arc: &Arc| {
-            arc.samples.iter().any(|s| {
-                (s.at - foot.at).norm() < STEP && (s.tangent.dot(&foot.tangent).abs() > 0.9 || s.tangent == Point3::zeros())
-            })
+            let near = |s: &CurveSample| {
+                (s.at - foot.at).norm() < STEP && s.tangent.dot(&foot.tangent).abs() > PARALLEL
+            };
+            arc.samples.iter().any(near)
         };
         let at_special = special.iter().any(|s| (s - foot.at).norm() < STEP);
-        if !at_special && !arcs.iter().any(covered) {
-            arcs.push(tracer.arc(system, &foot));
+        if !f.bounds.contains(&foot.at) || at_special || arcs.iter().any(covered) {
+            continue;
         }
+        let arc = tracer.arc(system, &foot);
+        for sample in &arc.samples {
+            tree.visit(|b| b.contains(&sample.at), |k| done[k] = true);
+        }
+        arcs.push(arc);
     }
     arcs
+}
+
+/// Where two arcs that could not be followed to their ends meet, if they are continued: polynomials through samples
+/// before the ends.
+fn meeting(a: &[CurveSample], b: &[CurveSample]) -> Option<Point3> {
+    let (p, q) = (Continued::new(a)?, Continued::new(b)?);
+    let (mut s, mut t) = (0.0, 0.0);
+    for _ in 0..MEETING_STEPS {
+        let apart = p.at(s) - q.at(t);
+        let (u, v) = (p.tangent(s), -q.tangent(t));
+        let normal = nalgebra::Matrix2::new(u.dot(&u), u.dot(&v), u.dot(&v), v.dot(&v));
+        let step = normal.lu().solve(&nalgebra::Vector2::new(u.dot(&apart), v.dot(&apart)))?;
+        (s, t) = (s - step.x, t - step.y);
+        if s.abs() > 2.0 * AROUND || t.abs() > 2.0 * AROUND {
+            return None;
+        }
+    }
+    let (x, y) = (p.at(s), q.at(t));
+    ((x - y).norm() < MEETING).then(|| 0.5 * (x + y))
+}
+
+/// An arc as a polynomial in the length along the tangent at its end.
+struct Continued {
+    parameters: Vec<f64>,
+    /// Newton's divided differences.
+    differences: Vec<Point3>,
+}
+
+impl Continued {
+    /// Through every third sample before the end, the last of which are left out: they are the least exact.
+    fn new(samples: &[CurveSample]) -> Option<Self> {
+        const POINTS: usize = 6;
+        const STRIDE: usize = 3;
+        let end = samples.last()?;
+        let chosen: Vec<&CurveSample> = samples.iter().rev().skip(STRIDE).step_by(STRIDE).take(POINTS).collect();
+        if chosen.len() < POINTS {
+            return None;
+        }
+        let parameters: Vec<f64> = chosen.iter().map(|s| (s.at - end.at).dot(&end.tangent)).collect();
+        let mut differences: Vec<Point3> = chosen.iter().map(|s| s.at).collect();
+        for order in 1..POINTS {
+            for i in (order..POINTS).rev() {
+                differences[i] = (differences[i] - differences[i - 1]) / (parameters[i] - parameters[i - order]);
+            }
+        }
+        Some(Self { parameters, differences })
+    }
+
+    fn at(&self, s: f64) -> Point3 {
+        let last = self.differences.len() - 1;
+        (0..last).rev().fold(self.differences[last], |p, i| p * (s - self.parameters[i]) + self.differences[i])
+    }
+
+    fn tangent(&self, s: f64) -> Point3 {
+        const H: f64 = 1e-6;
+        (self.at(s + H) - self.at(s - H)) / (2.0 * H)
+    }
 }

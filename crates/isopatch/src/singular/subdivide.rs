@@ -102,10 +102,8 @@ pub(super) fn locate(f: &UnitPolynomial, bounds: Aabb, stratum: Stratum) -> Resu
             continue;
         }
         // Larger by a little, so that points on the border are inside, and not in proportion.
-        let bounds = Aabb::new(
-            bounds.min - 0.0713 * Point3::repeat(size),
-            bounds.max + 0.0591 * Point3::repeat(size),
-        );
+        let bounds =
+            Aabb::new(bounds.min - 0.0713 * Point3::repeat(size), bounds.max + 0.0591 * Point3::repeat(size));
         let rest = refine(vec![Cell::precise(f, bounds)], LEVELS, MOST_CELLS, stratum)?;
         result.found.extend(rest.found);
         for members in clusters(&rest.cells) {
@@ -140,12 +138,16 @@ mod tests {
         let f = UnitPolynomial::new(&formula.quadratic_polynomial().unwrap(), &bounds);
         for pinch in [Point3::new(0.5, 0.0, 0.0), Point3::new(0.0, -0.5, 0.0), Point3::new(0.0, 0.0, 0.5)] {
             // Not in proportion, as the hulls of a few boxes are, and its parts no better.
-            let around =
-                Aabb::new(pinch - Point3::new(0.0046, 0.00076, 0.0023), pinch + Point3::new(0.0046, 0.0021, 0.0031));
+            let around = Aabb::new(
+                pinch - Point3::new(0.0046, 0.00076, 0.0023),
+                pinch + Point3::new(0.0046, 0.0021, 0.0031),
+            );
             let mut cell = Cell::precise(&f, around);
             for level in 0..30 {
                 let parts = cell.split();
-                let Some(next) = parts.iter().find(|c| c.bounds.grown(1e-16).contains(&pinch)) else { panic!("{pinch:?}: no part at level {level}") };
+                let Some(next) = parts.iter().find(|c| c.bounds.grown(1e-16).contains(&pinch)) else {
+                    panic!("{pinch:?}: no part at level {level}")
+                };
                 assert!(next.may_hold(Stratum::Singular), "{pinch:?} not singular at level {level}");
                 assert!(next.may_hold(Stratum::RankOne), "{pinch:?} not rank one at level {level}");
                 assert_ne!(next.critical(), Critical::None, "{pinch:?} level {level}");
