@@ -25,7 +25,7 @@ const GROWTHS: usize = 2;
 /// Levels more, for each stratum, until points and curves of it can be told apart.
 const FINER: usize = 2;
 /// Boxes along curves are divided for the next stratum while there are no more than this.
-const MOST_FINER: usize = 8_000;
+const MOST_FINER: usize = 3_000;
 /// A cluster with a longer side than this many boxes is part of a curve.
 const COMPACT: f64 = 8.0;
 /// Special points closer than this, in unit coordinates, are one: they were found with different equations.
@@ -193,19 +193,7 @@ fn missed(
         }
     }
     let mut found = Vec::new();
-    'places: for p in lost {
-        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
-            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
-            let new: Vec<_> = located
-                .points
-                .into_iter()
-                .filter(|(q, _)| !places.iter().any(|(known, _)| (known - q).norm() < SAME))
-                .collect();
-            if !located.extended && !new.is_empty() {
-                found.extend(new);
-                continue 'places;
-            }
-        }
+    for p in lost {
         let ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
         // The two that cross at the largest angle meet where it is best known.
         let pairs = ends.iter().enumerate().flat_map(|(i, a)| ends[..i].iter().map(move |b| (a, b)));
@@ -213,9 +201,20 @@ fn missed(
             (Some(a), Some(b)) => a.tangent.dot(&b.tangent).abs(),
             _ => 1.0,
         };
-        let widest = pairs.min_by(|a, b| cosine(a).total_cmp(&cosine(b)));
-        let place = widest.and_then(|(a, b)| meeting(a, b));
-        found.extend(place.map(|at| (at, MEETING)));
+        let widest = pairs.min_by(|a, b| cosine(a).total_cmp(&cosine(b))).filter(|pair| cosine(pair) < PARALLEL);
+        if let Some(at) = widest.and_then(|(a, b)| meeting(a, b)) {
+            found.push((at, MEETING));
+            continue;
+        }
+        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
+            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
+            let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
+            let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
+            if !located.extended && !points.is_empty() {
+                found.extend(points);
+                break;
+            }
+        }
     }
     Ok(found)
 }
