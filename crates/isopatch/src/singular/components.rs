@@ -187,10 +187,7 @@ fn seeds(f: &UnitPolynomial, leaves: &[Leaf]) -> Vec<Point3> {
 
 /// Does the zero set pass from one of two leaves that touch into the other?
 fn linked(f: &UnitPolynomial, a: &Leaf, b: &Leaf) -> bool {
-    if a.zero.is_none() || b.zero.is_none() {
-        // A rough leaf without a zero of its own may lie between two others.
-        return !a.smooth && !b.smooth;
-    }
+    // A rough leaf without a zero of its own may lie between two others; so may a smooth one that is larger than they are.
     if !a.smooth && !b.smooth {
         return true;
     }

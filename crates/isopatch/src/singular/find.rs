@@ -194,7 +194,8 @@ fn missed(
     }
     let mut found = Vec::new();
     for p in lost {
-        let ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
+        let mut ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
+        ends.extend(arcs.iter().filter_map(|arc| passing(arc, p)));
         // The two that cross at the largest angle meet where it is best known.
         let pairs = ends.iter().enumerate().flat_map(|(i, a)| ends[..i].iter().map(move |b| (a, b)));
         let cosine = |(a, b): &(&Vec<CurveSample>, &Vec<CurveSample>)| match (a.last(), b.last()) {
@@ -232,6 +233,14 @@ fn lost_ends(arc: &Arc, p: Point3) -> Vec<Vec<CurveSample>> {
         ends.push(arc.samples.iter().rev().map(turned).collect());
     }
     ends
+}
+
+/// The samples of an arc up to where it passes p.
+fn passing(arc: &Arc, p: Point3) -> Option<Vec<CurveSample>> {
+    let distances = arc.samples.iter().map(|s| (s.at - p).norm()).enumerate();
+    let (nearest, distance) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let inner = nearest > 0 && nearest + 1 < arc.samples.len();
+    (inner && distance < AROUND).then(|| arc.samples[..=nearest].to_vec())
 }
 
 /// Points closer together than [`SAME`] as one, with the smallest radius.
