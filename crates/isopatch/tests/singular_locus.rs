@@ -250,16 +250,14 @@ fn parts_of_lower_dimension_are_listed() {
 
 #[test]
 fn what_can_not_be_done_is_said() {
-    let error = |text: &str| singular_set(&formula(text), &cube(1.0), &SingularOptions::default()).unwrap_err();
+    let error =
+        |text: &str| singular_set(&formula(text), &cube(1.0), &SingularOptions::default()).unwrap_err();
     assert_eq!(error("sin(x)+y"), SingularError::NotPolynomial);
     assert_eq!(error("2"), SingularError::Constant);
     assert_eq!(error("(x-sqrt(2)y)^2"), SingularError::Repeated);
     assert!(matches!(error("x^30+y"), SingularError::Degree { degree: 30, .. }));
     let flat = Aabb::new(Point3::zeros(), Point3::new(1.0, 1.0, 0.0));
-    assert_eq!(
-        singular_set(&formula("x"), &flat, &SingularOptions::default()),
-        Err(SingularError::Box)
-    );
+    assert_eq!(singular_set(&formula("x"), &flat, &SingularOptions::default()), Err(SingularError::Box));
 }
 
 /// The resultant of two polynomials by z, at rational (x, y): the determinant of Sylvester's matrix.
