@@ -1,5 +1,5 @@
 //! Singular points, singular curves and components of algebraic surfaces, against a computer algebra system.
-#![allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails by a panic is a test that fails")]
 
 use isopatch::field::{Constants, Field, Formula, Polynomial};
 use isopatch::geom::{Aabb, Point3};
