@@ -10,6 +10,7 @@ use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::render::RenderError;
+use isopatch::singular::SingularError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -39,6 +40,8 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Singular(#[from] SingularError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -89,6 +92,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }
