@@ -5,6 +5,7 @@
 pub mod flat_mesh;
 pub mod golden;
 pub mod meshes;
+pub mod polyhedra;
 pub mod python;
 pub mod step;
 
