@@ -27,7 +27,9 @@ fn rank(m: &DMatrix<f64>) -> usize {
 /// Points q_1 … q_k around the line from p_2 to p_3.
 fn around(k: usize) -> (Vec<Point3>, [Point3; 2]) {
     let angle = |i: usize| std::f64::consts::TAU * (i as f64 + 0.2 * noise(i)) / k as f64;
-    let q = |i: usize| Point3::new(angle(i).cos(), angle(i).sin(), 0.3 * noise(i + 50)) * (1.0 + 0.2 * noise(i + 9));
+    let q = |i: usize| {
+        Point3::new(angle(i).cos(), angle(i).sin(), 0.3 * noise(i + 50)) * (1.0 + 0.2 * noise(i + 9))
+    };
     ((0..k).map(q).collect(), [Point3::new(0.1, 0.0, -1.0), Point3::new(0.0, 0.1, 1.0)])
 }
 
@@ -225,7 +227,9 @@ fn bodies() -> Vec<(&'static str, Polyhedron)> {
 #[test]
 fn the_function_is_continuous_with_its_gradient() {
     for (name, body) in bodies() {
-        for (choice, bound) in [(polyhedra::sectors as Choice, 1e-11), (polyhedra::fans, 1e-10), (polyhedra::mixed, 1e-10)] {
+        for (choice, bound) in
+            [(polyhedra::sectors as Choice, 1e-11), (polyhedra::fans, 1e-10), (polyhedra::mixed, 1e-10)]
+        {
             for seed in 0..3 {
                 let f = polyhedra::random(body.clone(), choice, [0.05, 0.15 * seed as f64], seed);
                 let worst = jumps(&f);
@@ -273,16 +277,20 @@ fn pyramids_are_c1_at_their_apex_and_not_c2() {
     let face = FaceId(0);
     let side = Side::BOTH.into_iter().find(|side| f.faces()[0].has(*side)).unwrap();
     let apex = f.hull().faces[0].jet(side).unwrap().gradient;
-    let gradient = |s: f64, t: f64, h: f64| f.in_face_cell(face, side, Foot::Pyramid([s, t]), 1.0 - h).unwrap().1;
+    let gradient =
+        |s: f64, t: f64, h: f64| f.in_face_cell(face, side, Foot::Pyramid([s, t]), 1.0 - h).unwrap().1;
     // Gradients close to the apex differ from that at it like the distance.
     let spread = |h: f64| {
-        (0..9).map(|n| (gradient(f64::from(n % 3) / 2.0, f64::from(n / 3) / 2.0, h) - apex).norm()).fold(0.0, f64::max)
+        (0..9)
+            .map(|n| (gradient(f64::from(n % 3) / 2.0, f64::from(n / 3) / 2.0, h) - apex).norm())
+            .fold(0.0, f64::max)
     };
     assert!(spread(1e-3) < 1e-2 && spread(1e-6) < 1e-5);
     assert!((spread(1e-3) / spread(1e-4) - 10.0).abs() < 0.1);
     // But not like one linear function of the way: the middle of the base is not the mean of its corners.
     let slope = |s: f64, t: f64| (gradient(s, t, 1e-4) - apex) / 1e-4;
-    let corners: Vec3 = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].iter().map(|[s, t]| slope(*s, *t)).sum();
+    let corners: Vec3 =
+        [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]].iter().map(|[s, t]| slope(*s, *t)).sum();
     assert!((slope(0.5, 0.5) - 0.25 * corners).norm() > 1e-2);
 }
 
@@ -290,7 +298,9 @@ fn pyramids_are_c1_at_their_apex_and_not_c2() {
 #[test]
 fn rays_of_fans_start_anywhere() {
     let fan: Choice = |_, _| isopatch::hybrid::Element::Fan;
-    for (count, body) in [(3, polyhedra::antiprism(3)), (4, polyhedra::cube()), (5, polyhedra::dodecahedron())] {
+    for (count, body) in
+        [(3, polyhedra::antiprism(3)), (4, polyhedra::cube()), (5, polyhedra::dodecahedron())]
+    {
         let f = polyhedra::random(body, fan, [0.05, 0.1], 4);
         let (hull, face) = (f.hull(), FaceId(0));
         let [u, v] = hull.faces[0].apexes.map(Option::unwrap);
@@ -342,9 +352,14 @@ fn quadric_surface(body: Polyhedron, ellipsoid: Ellipsoid, choice: Choice) -> Hy
 fn samples(surface: &HybridSurface) -> impl Iterator<Item = (PatchId, isopatch::surface::Sample)> + '_ {
     surface.patches().flat_map(move |patch| {
         (0..12).map(move |n| {
-            let width = if let isopatch::surface::Domain::Polygon(n) = surface.domain(patch) { f64::from(n) } else { 1.0 };
+            let width = if let isopatch::surface::Domain::Polygon(n) = surface.domain(patch) {
+                f64::from(n)
+            } else {
+                1.0
+            };
             let (u, v) = (0.5 + 0.499 * noise(n), 0.5 + 0.499 * noise(n + 40));
-            let v = if surface.domain(patch) == isopatch::surface::Domain::Triangle { (1.0 - u) * v } else { v };
+            let v =
+                if surface.domain(patch) == isopatch::surface::Domain::Triangle { (1.0 - u) * v } else { v };
             (patch, surface.sample(patch, [width * u, v]))
         })
     })
@@ -357,7 +372,11 @@ fn quadrics_are_recovered() {
     let ellipsoid = Ellipsoid(Vec3::new(0.4, 0.9, 1.7));
     for (name, body) in bodies() {
         for choice in [polyhedra::sectors as Choice, polyhedra::fans, polyhedra::mixed] {
-            let cases = [(spheres, spheres.project(body.clone())), (ellipsoid, ellipsoid.stretch(body.clone())), (ellipsoid, ellipsoid.project(body.clone()))];
+            let cases = [
+                (spheres, spheres.project(body.clone())),
+                (ellipsoid, ellipsoid.stretch(body.clone())),
+                (ellipsoid, ellipsoid.project(body.clone())),
+            ];
             for (quadric, body) in cases {
                 let surface = quadric_surface(body, quadric, choice);
                 for (patch, sample) in samples(&surface) {
@@ -383,7 +402,8 @@ fn patches_meet_in_their_seams_and_vertices() {
                 for i in 0..=8 {
                     let at = |side: isopatch::surface::SeamSide| {
                         let x = f64::from(if side.reversed { 8 - i } else { i }) / 8.0;
-                        surface.sample(side.patch, surface.domain(side.patch).on_edge(side.edge, [1.0 - x, x]))
+                        surface
+                            .sample(side.patch, surface.domain(side.patch).on_edge(side.edge, [1.0 - x, x]))
                     };
                     let (a, b) = (at(seam.first), at(second));
                     if a.point.x.is_nan() || b.point.x.is_nan() {
@@ -412,7 +432,12 @@ fn patches_meet_in_their_seams_and_vertices() {
 /// Derivatives by the parameters are those of the points.
 #[test]
 fn derivatives_are_those_of_the_points() {
-    let surface = HybridSurface::new(polyhedra::random(polyhedra::icosidodecahedron(), polyhedra::sectors, [0.03, 0.1], 1));
+    let surface = HybridSurface::new(polyhedra::random(
+        polyhedra::icosidodecahedron(),
+        polyhedra::sectors,
+        [0.03, 0.1],
+        1,
+    ));
     let h = 1e-6;
     for patch in surface.patches() {
         let at = |u: f64, v: f64| surface.sample(patch, [u, v]);
@@ -434,7 +459,11 @@ fn boxes_hold_their_parts() {
             let surface = HybridSurface::new(polyhedra::random(body, choice, [0.03, 0.3], 6));
             for patch in surface.patches() {
                 for n in 0..6 {
-                    let width = if let isopatch::surface::Domain::Polygon(n) = surface.domain(patch) { f64::from(n) } else { 1.0 };
+                    let width = if let isopatch::surface::Domain::Polygon(n) = surface.domain(patch) {
+                        f64::from(n)
+                    } else {
+                        1.0
+                    };
                     let corner = |c: usize| {
                         let (u, v) = (0.5 + 0.5 * noise(n + 9 * c), 0.5 + 0.5 * noise(n + 50 + 9 * c));
                         let triangle = surface.domain(patch) == isopatch::surface::Domain::Triangle;
@@ -447,7 +476,10 @@ fn boxes_hold_their_parts() {
                         let w = [x, (1.0 - x) * y, (1.0 - x) * (1.0 - y)];
                         let uv = [0, 1].map(|i| (0..3).map(|c| w[c] * triangle[c][i]).sum());
                         let point = surface.sample(patch, uv).point;
-                        assert!(point.x.is_nan() || bounds.contains(&point), "{patch:?} {uv:?} {point:?} {bounds:?}");
+                        assert!(
+                            point.x.is_nan() || bounds.contains(&point),
+                            "{patch:?} {uv:?} {point:?} {bounds:?}"
+                        );
                     }
                 }
             }

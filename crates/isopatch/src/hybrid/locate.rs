@@ -55,12 +55,14 @@ impl CellTree {
         let (mut cells, mut triangles, mut ruled) = (Vec::new(), Vec::new(), Vec::new());
         for f in mesh.faces() {
             let (cells_of_face, corners) = (&function.faces()[f.index()], function.corners(f));
-            let sectors = if let FaceCells::Sectors(sectors) = cells_of_face { sectors.base.len() } else { 1 };
+            let sectors =
+                if let FaceCells::Sectors(sectors) = cells_of_face { sectors.base.len() } else { 1 };
             for side in Side::BOTH.into_iter().filter(|side| cells_of_face.has(*side)) {
                 cells.extend((0..sectors).map(|k| Cell::Face(f, side, k)));
             }
             let names: Vec<u32> = mesh.face_vertices(f).map(|v| v.0).collect();
-            let mut add = |names: [u32; 3], corners: [Point3; 3]| triangles.push(BaseTriangle { names, corners });
+            let mut add =
+                |names: [u32; 3], corners: [Point3; 3]| triangles.push(BaseTriangle { names, corners });
             match (cells_of_face, corners.len()) {
                 (FaceCells::Triangle { .. } | FaceCells::Pyramid(_), _) | (FaceCells::Flat(_), 3) => {
                     for k in 2..corners.len() {
@@ -84,8 +86,7 @@ impl CellTree {
             let has_cell = move |side: &Side| function.edge_function(e, *side).is_some();
             Side::BOTH.into_iter().filter(has_cell).map(move |side| Cell::Edge(e, side))
         }));
-        let boxes: Vec<Aabb> =
-            cells.iter().map(|cell| Aabb::around(&cell.corners(function))).collect();
+        let boxes: Vec<Aabb> = cells.iter().map(|cell| Aabb::around(&cell.corners(function))).collect();
         let triangle_boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::around(&t.corners)).collect();
         let ruled_boxes: Vec<Aabb> = ruled.iter().map(|p: &[Point3; 4]| Aabb::around(p)).collect();
         Self {

@@ -140,14 +140,14 @@ impl HybridFunction {
             _ => {
                 let [low, high] = range(triangle.iter().map(|uv| uv[0]));
                 let last = corners.len().saturating_sub(1);
-                let [from, to] = [low.floor() as usize, (high.ceil() as usize).saturating_sub(1)].map(|k| k.min(last));
+                let [from, to] =
+                    [low.floor() as usize, (high.ceil() as usize).saturating_sub(1)].map(|k| k.min(last));
                 let [near, far] = range(triangle.iter().map(|uv| uv[1]));
                 (from..=to.max(from))
                     .flat_map(|k| {
                         let w = [low, high].map(|u| (u - k as f64).clamp(0.0, 1.0));
-                        let at = |w: f64, v: f64| [1.0 - v, v * (1.0 - w), v * w];
-                        let [a, b, c, d] =
-                            [at(w[0], near), at(w[0], far), at(w[1], far), at(w[1], near)];
+                        let at = |w: f64, v: f64| [v, (1.0 - v) * (1.0 - w), (1.0 - v) * w];
+                        let [a, b, c, d] = [at(w[0], near), at(w[0], far), at(w[1], far), at(w[1], near)];
                         [Part::Triangle(k, [a, b, c]), Part::Triangle(k, [a, c, d])]
                     })
                     .collect()
@@ -162,13 +162,16 @@ impl HybridFunction {
     }
 
     fn bounds_of(&self, f: FaceId, part: &Part) -> Aabb {
-        let (cells, face, corners) = (&self.faces()[f.index()], &self.hull().faces[f.index()], self.corners(f));
+        let (cells, face, corners) =
+            (&self.faces()[f.index()], &self.hull().faces[f.index()], self.corners(f));
         let feet: Vec<Foot> = match (part, cells) {
             (Part::Rectangle(s, t), _) => {
                 s.iter().flat_map(|s| t.iter().map(|t| Foot::Pyramid([*s, *t]))).collect()
             }
             (Part::Triangle(_, x), FaceCells::Triangle { .. }) => x.map(Foot::Triangle).to_vec(),
-            (Part::Triangle(_, x), FaceCells::Flat(_)) if corners.len() == 3 => x.map(Foot::Triangle).to_vec(),
+            (Part::Triangle(_, x), FaceCells::Flat(_)) if corners.len() == 3 => {
+                x.map(Foot::Triangle).to_vec()
+            }
             (Part::Triangle(k, x), _) => x.map(|x| Foot::Sector(*k, x)).to_vec(),
         };
         let points: Vec<Point3> =
@@ -179,7 +182,8 @@ impl HybridFunction {
             return Aabb::around(&points).grown(MARGIN * size);
         }
         for side in Side::BOTH {
-            let (Some(apex), Some(mut layers)) = (face.apexes[side.index()], ranges(cells, side, part)) else {
+            let (Some(apex), Some(mut layers)) = (face.apexes[side.index()], ranges(cells, side, part))
+            else {
                 continue;
             };
             let between = if Side::BOTH.into_iter().all(|side| cells.has(side)) {
@@ -189,7 +193,9 @@ impl HybridFunction {
             } else {
                 roots_with_dip(layers)
             };
-            bounds = bounds.union(&around_rays(&points, &[apex], between).grown(MARGIN * (size + (apex - face.center).norm())));
+            bounds = bounds.union(
+                &around_rays(&points, &[apex], between).grown(MARGIN * (size + (apex - face.center).norm())),
+            );
         }
         bounds
     }

@@ -5,7 +5,9 @@
 use super::meshes::{noise, noise3};
 use isopatch::geom::{Mat3, Point3, Vec3};
 use isopatch::hull::{Class, Side};
-use isopatch::hybrid::{Element, HermitePolygons, HybridEdge, HybridFace, HybridFunction, HybridHull, Quadric};
+use isopatch::hybrid::{
+    Element, HermitePolygons, HybridEdge, HybridFace, HybridFunction, HybridHull, Quadric,
+};
 use isopatch::mesh::{FaceId, HalfEdgeMesh};
 
 /// A polyhedron: vertices and faces, counter-clockwise seen from outside.
@@ -24,7 +26,8 @@ pub fn convex(vertices: Vec<Point3>) -> Polyhedron {
                 }
                 let height = normal.normalize().dot(&vertices[i]);
                 let (normal, height) = (normal.normalize() * height.signum(), height.abs());
-                let known = planes.iter().any(|(m, h)| (m - normal).norm() < 1e-6 && (h - height).abs() < 1e-6);
+                let known =
+                    planes.iter().any(|(m, h)| (m - normal).norm() < 1e-6 && (h - height).abs() < 1e-6);
                 if !known && vertices.iter().all(|p| normal.dot(p) < height + 1e-6) {
                     planes.push((normal, height));
                 }
@@ -34,7 +37,8 @@ pub fn convex(vertices: Vec<Point3>) -> Polyhedron {
     let face = |(normal, height): &(Vec3, f64)| {
         let mut corners: Vec<u32> =
             (0..n as u32).filter(|v| (normal.dot(&vertices[*v as usize]) - height).abs() < 1e-6).collect();
-        let center: Point3 = corners.iter().map(|v| vertices[*v as usize]).sum::<Point3>() / corners.len() as f64;
+        let center: Point3 =
+            corners.iter().map(|v| vertices[*v as usize]).sum::<Point3>() / corners.len() as f64;
         let first = (vertices[corners[0] as usize] - center).normalize();
         let angle = |v: &u32| {
             let d = vertices[*v as usize] - center;
@@ -142,7 +146,12 @@ impl Ellipsoid {
 }
 
 /// A sphere through a polyhedron whose vertices and gradients are then disturbed: faces are neither flat nor convex everywhere.
-pub fn disturbed((vertices, faces): Polyhedron, position: f64, gradient: f64, seed: usize) -> HermitePolygons {
+pub fn disturbed(
+    (vertices, faces): Polyhedron,
+    position: f64,
+    gradient: f64,
+    seed: usize,
+) -> HermitePolygons {
     let at = |n: usize, k: usize| noise3(97 * seed + 2 * n + k);
     let normals: Vec<Vec3> =
         vertices.iter().enumerate().map(|(n, p)| p.normalize() + gradient * at(n, 1)).collect();
@@ -217,17 +226,22 @@ pub fn hull(data: HermitePolygons, choice: Choice, quadric: impl Fn(FaceId) -> Q
                 Some(Element::Fan) if frame.count() == 4 => diagonal_axis(&frame.p),
                 _ => (mean, area.normalize()),
             };
-            let diameter = frame.p.iter().flat_map(|p| frame.p.iter().map(move |q| (p - q).norm())).fold(0.0, f64::max);
+            let diameter =
+                frame.p.iter().flat_map(|p| frame.p.iter().map(move |q| (p - q).norm())).fold(0.0, f64::max);
             let (mut up, mut down) = (0.0f64, 0.0f64);
             for k in 0..frame.count() {
                 let tangent = (frame.p[k] - center).dot(&frame.n[k]) / normal.dot(&frame.n[k]);
                 let g = &frame.middle[k];
-                let middle = -(3.0 * frame.on_edge(k, &frame.p[k]) + g.dot(&(center - frame.p[k]))) / g.dot(&normal);
+                let middle =
+                    -(3.0 * frame.on_edge(k, &frame.p[k]) + g.dot(&(center - frame.p[k]))) / g.dot(&normal);
                 (up, down) = (up.max(tangent).max(middle), down.min(tangent).min(middle));
             }
             let both = matches!(element, Some(Element::Fan)) || class == Class::Nonconvex;
             let has = |side: Side| element.is_some() && (both || class.reaches(side));
-            let at = [center + (up + CLEARANCE * diameter) * normal, center + (down - CLEARANCE * diameter) * normal];
+            let at = [
+                center + (up + CLEARANCE * diameter) * normal,
+                center + (down - CLEARANCE * diameter) * normal,
+            ];
             HybridFace {
                 class,
                 element,
@@ -256,15 +270,16 @@ pub fn rounded(data: &HermitePolygons, f: FaceId) -> Quadric {
     let center: Point3 = frame.p.iter().sum::<Point3>() / frame.count() as f64;
     let g: Vec3 = frame.n.iter().sum::<Vec3>() / frame.count() as f64;
     let curve = 0.9 + 0.3 * noise(f.index());
-    Quadric {
-        coefficients: [-0.2, g.x, g.y, g.z, curve, curve, curve, 0.1, -0.1, 0.05],
-        center,
-        scale: 1.0,
-    }
+    Quadric { coefficients: [-0.2, g.x, g.y, g.z, curve, curve, curve, 0.1, -0.1, 0.05], center, scale: 1.0 }
 }
 
 /// A function with random data over a polyhedron.
-pub fn random(polyhedron: Polyhedron, choice: Choice, [position, gradient]: [f64; 2], seed: usize) -> HybridFunction {
+pub fn random(
+    polyhedron: Polyhedron,
+    choice: Choice,
+    [position, gradient]: [f64; 2],
+    seed: usize,
+) -> HybridFunction {
     let data = disturbed(polyhedron, position, gradient, seed);
     let quadrics: Vec<Quadric> = data.mesh().faces().map(|f| rounded(&data, f)).collect();
     HybridFunction::new(hull(data, choice, |f| quadrics[f.index()]))
