@@ -153,3 +153,46 @@ fn values_at_apexes_control_the_shape() {
     assert!((after.point - before.point).dot(&before.normal) < -1e-4);
     assert_eq!(moved.function().hull().data.positions(), vertices);
 }
+
+/// Points in lanes are those of single rays.
+#[test]
+fn tables_agree_with_single_rays() {
+    use isopatch::apatch::grid::GridOut;
+    use isopatch::geom::Points;
+    use isopatch::hybrid::Foot;
+    use isopatch::hybrid::grid::{PyramidTable, SectorTable};
+    let part = |i: i32| f64::from(i) / 7.0;
+    let square: Vec<[f64; 2]> = (0..64).map(|i| [part(i % 8), part(i / 8)]).collect();
+    let sector: Vec<[f64; 3]> =
+        square.iter().map(|[a, b]| [*a, (1.0 - a) * b, (1.0 - a) * (1.0 - b)]).collect();
+    let (pyramids, sectors) = (PyramidTable::new(&square), SectorTable::new(&sector));
+    let mut kinds = [0; 2];
+    for body in [polyhedra::rhombicuboctahedron(), polyhedra::icosidodecahedron()] {
+        let f = polyhedra::random(body, polyhedra::mixed, [0.03, 0.15], 3);
+        for face in f.hull().data.mesh().faces() {
+            let (mut points, mut normals) = (Points::zeros(64), Points::zeros(64));
+            let mut out = GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) };
+            let foot = |i: usize| match &f.faces()[face.index()] {
+                FaceCells::Pyramid(_) => Foot::Pyramid(square[i]),
+                _ => Foot::Sector(1, sector[i]),
+            };
+            match &f.faces()[face.index()] {
+                FaceCells::Pyramid(_) => pyramids.evaluate(&f, face, &mut out),
+                FaceCells::Sectors(_) => sectors.evaluate(&f, face, 1, &mut out),
+                _ => continue,
+            }
+            kinds[usize::from(matches!(f.faces()[face.index()], FaceCells::Pyramid(_)))] += 1;
+            for i in 0..64 {
+                match f.shoot_from(face, foot(i), [[0.0; 3]; 2]) {
+                    Some(shot) => {
+                        assert!((points.get(i) - shot.point).norm() < 1e-13, "{face:?} {i}");
+                        let wanted = shot.gradient.normalize();
+                        assert!((normals.get(i) - wanted).norm() < 1e-11, "{face:?} {i}");
+                    }
+                    None => assert!(points.get(i).x.is_nan()),
+                }
+            }
+        }
+    }
+    assert!(kinds[0] > 5 && kinds[1] > 5, "{kinds:?}");
+}

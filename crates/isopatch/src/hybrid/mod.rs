@@ -17,6 +17,7 @@
 //! flank.rs      from there to the cells of edges (4.4)
 //!
 //! function.rs   the function;  shoot.rs points and derivatives;  part.rs bounds;  locate.rs inside and outside
+//! grid.rs       many points at once
 //! surface.rs    its zero set as patches, one over each polygon and one over each edge
 //! ```
 //!
@@ -28,6 +29,7 @@ mod face;
 mod fan;
 mod flank;
 mod function;
+pub mod grid;
 mod locate;
 mod part;
 mod pyramid;
