@@ -89,7 +89,8 @@ const MISSED: f64 = 1e-9;
 pub fn least_distance(a: &DMatrix<f64>, b: &DVector<f64>) -> Option<DVector<f64>> {
     let (rows, unknowns) = a.shape();
     // A row of length 1 each, so that none weighs more than another.
-    let length: Vec<f64> = (0..rows).map(|i| a.row(i).norm().max(b[i].abs()).max(f64::MIN_POSITIVE)).collect();
+    let length: Vec<f64> =
+        (0..rows).map(|i| a.row(i).norm().max(b[i].abs()).max(f64::MIN_POSITIVE)).collect();
     let entry = |i: usize, j: usize| if i < unknowns { a[(j, i)] } else { b[j] } / length[j];
     let dual = DMatrix::from_fn(unknowns + 1, rows, entry);
     let last = DVector::from_fn(unknowns + 1, |i, _| if i == unknowns { 1.0 } else { 0.0 });

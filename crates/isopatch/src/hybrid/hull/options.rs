@@ -1,0 +1,47 @@
+//! What the making of a hull over polygons can be told.
+
+/// Where the free parameters at the apexes come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum DefaultRule {
+    /// From a quadric fitted in two stages: to the corners of the face, then, in the one direction that these leave open, to
+    /// the corners around it. Exact for quadrics.
+    #[default]
+    TwoStage,
+    /// The paper's: the polynomial part of the function comes near to a quadratic, and with `linear` to a linear one as
+    /// well. On planar polygons this does not give quadrics back.
+    Paper {
+        /// The added equations, which the paper asks for over triangles.
+        linear: bool,
+    },
+}
+
+/// Options of [`build`](super::build).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HybridOptions {
+    /// How far apexes are above the tangent planes of the corners, as a part of the diameter of the polygon; default 0.15.
+    pub height: f64,
+    /// Other heights and directions of apexes where cells do not fit; default true.
+    pub adaptive: bool,
+    /// Where the free parameters come from.
+    pub rule: DefaultRule,
+    /// Moves the free parameters as little as possible so that every ray meets the surface once; default true.
+    pub single_sheeted: bool,
+    /// The paper's fan of tetrahedra over nonconvex triangles and quadrilaterals, which costs half as many cells; default
+    /// false: sectors, which are sound for any gradients.
+    pub fans: bool,
+    /// Normals that face a polygon with a smaller product than this give way to the most visible direction; default 0.15.
+    pub visibility: f64,
+}
+
+impl Default for HybridOptions {
+    fn default() -> Self {
+        Self {
+            height: 0.15,
+            adaptive: true,
+            rule: DefaultRule::TwoStage,
+            single_sheeted: true,
+            fans: false,
+            visibility: 0.15,
+        }
+    }
+}
