@@ -4,6 +4,7 @@
 
 mod cells;
 mod data;
+pub mod hull;
 mod quadric;
 
 pub use cells::{Element, HybridEdge, HybridFace, HybridHull, Jet};

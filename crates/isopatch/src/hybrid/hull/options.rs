@@ -15,6 +15,19 @@ pub enum DefaultRule {
     },
 }
 
+/// Where free parameters are moved so that every ray meets the surface once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sheets {
+    /// At faces and edges with a ray that is seen to meet the surface never or more than once. Elsewhere the default stays, so that
+    /// quadrics are kept.
+    #[default]
+    WhereNeeded,
+    /// Wherever the sufficient conditions do not hold.
+    Everywhere,
+    /// Nowhere.
+    Nowhere,
+}
+
 /// Options of [`build`](super::build).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HybridOptions {
@@ -24,8 +37,8 @@ pub struct HybridOptions {
     pub adaptive: bool,
     /// Where the free parameters come from.
     pub rule: DefaultRule,
-    /// Moves the free parameters as little as possible so that every ray meets the surface once; default true.
-    pub single_sheeted: bool,
+    /// Where the free parameters are moved, as little as possible, so that every ray meets the surface once.
+    pub sheets: Sheets,
     /// The paper's fan of tetrahedra over nonconvex triangles and quadrilaterals, which costs half as many cells; default
     /// false: sectors, which are sound for any gradients.
     pub fans: bool,
@@ -39,7 +52,7 @@ impl Default for HybridOptions {
             height: 0.15,
             adaptive: true,
             rule: DefaultRule::TwoStage,
-            single_sheeted: true,
+            sheets: Sheets::WhereNeeded,
             fans: false,
             visibility: 0.15,
         }

@@ -79,7 +79,9 @@ pub(super) fn placed(data: &HermitePolygons, f: FaceId, options: &HybridOptions)
     };
     let (element, class) = match (class, frame.count()) {
         (Class::Zero, _) if shape.planar => (None, class),
-        (Class::Positive | Class::Negative, 3) if triangle_bends(&frame, class) => (Some(Element::Triangle), class),
+        (Class::Positive | Class::Negative, 3) if triangle_bends(&frame, class) => {
+            (Some(Element::Triangle), class)
+        }
         (Class::Positive | Class::Negative, 4) if pyramid_bends(&frame, &shape, class) => {
             (Some(Element::Pyramid), class)
         }
@@ -171,10 +173,13 @@ fn pyramid_bends(frame: &PolygonFrame, shape: &Shape, class: Class) -> bool {
     });
     let twist = |k: usize| {
         let (a, b) = (k, frame.after(k));
-        let (beside_a, beside_b) = (frame.p[frame.before(a)] - frame.p[a], frame.p[frame.after(b)] - frame.p[b]);
+        let (beside_a, beside_b) =
+            (frame.p[frame.before(a)] - frame.p[a], frame.p[frame.after(b)] - frame.p[b]);
         let g = frame.middle[k];
-        let near_a = frame.at_corner(a, &frame.p[b]) + (frame.n[a].dot(&beside_b) + 2.0 * g.dot(&beside_a)) / 9.0;
-        let near_b = frame.at_corner(b, &frame.p[a]) + (2.0 * g.dot(&beside_b) + frame.n[b].dot(&beside_a)) / 9.0;
+        let near_a =
+            frame.at_corner(a, &frame.p[b]) + (frame.n[a].dot(&beside_b) + 2.0 * g.dot(&beside_a)) / 9.0;
+        let near_b =
+            frame.at_corner(b, &frame.p[a]) + (2.0 * g.dot(&beside_b) + frame.n[b].dot(&beside_a)) / 9.0;
         [near_a, near_b]
     };
     convex && (0..4).flat_map(twist).all(|value| sign * value <= 0.0)

@@ -106,16 +106,16 @@ mod tests {
 
     #[test]
     fn the_center_sees_all_sides() {
-        let flat = |xy: &[[f64; 2]]| -> Vec<Point3> {
-            xy.iter().map(|[x, y]| Point3::new(*x, *y, 0.0)).collect()
-        };
+        let flat =
+            |xy: &[[f64; 2]]| -> Vec<Point3> { xy.iter().map(|[x, y]| Point3::new(*x, *y, 0.0)).collect() };
         // An L: its mean is outside the kernel, which is the square at the corner.
         let l = flat(&[[0.0, 0.0], [5.0, 0.0], [5.0, 1.0], [1.0, 1.0], [1.0, 5.0], [0.0, 5.0]]);
         let shape = Shape::new(&l).unwrap();
         assert!((shape.center - Point3::new(0.5, 0.5, 0.0)).norm() < 1e-12 && shape.planar);
         assert_eq!(shape.normal, Vec3::z());
         // A U has no such point.
-        let u = [[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [4.0, 5.0], [4.0, 1.0], [1.0, 1.0], [1.0, 5.0], [0.0, 5.0]];
+        let u =
+            [[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [4.0, 5.0], [4.0, 1.0], [1.0, 1.0], [1.0, 5.0], [0.0, 5.0]];
         assert!(Shape::new(&flat(&u)).is_none());
         assert!(Shape::new(&flat(&[[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]])).is_none());
     }
