@@ -130,6 +130,7 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
     let of_patch = |patch| match surface.domain(patch) {
         Domain::Triangle => along * along,
         Domain::Square => 2 * across * (along - 1),
+        Domain::Polygon(corners) => usize::from(corners) * along * along,
     };
     surface.patches().map(of_patch).sum()
 }

@@ -196,6 +196,12 @@ impl PolygonFrame {
         self.n[k].dot(&(w - self.p[k])) / 3.0
     }
 
+    /// F(p_k, p_k, p_(k+1)) and F(p_k, p_(k+1), p_(k+1)) on edge k.
+    pub fn along(&self, k: usize) -> [f64; 2] {
+        let next = self.after(k);
+        [self.at_corner(k, &self.p[next]), self.at_corner(next, &self.p[k])]
+    }
+
     /// F(p_k, p_(k+1), w) of the ends of edge k (step 3). The same bits from both sides of the edge.
     pub fn on_edge(&self, k: usize, w: &Point3) -> f64 {
         let (i, j) = if self.forward[k] { (k, self.after(k)) } else { (self.after(k), k) };

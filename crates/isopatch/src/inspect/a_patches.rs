@@ -11,7 +11,7 @@ use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::hull::{Class, HermiteMesh, Side};
 use crate::mesh::{EdgeId, FaceId};
-use crate::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
+use crate::surface::{Continuity, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
 use rayon::prelude::*;
 
@@ -326,15 +326,7 @@ fn seams(surface: &APatchSurface, diagonal: f64, intervals: usize) -> Seams {
 fn on_seam(surface: &APatchSurface, side: SeamSide, i: usize, intervals: usize) -> [f64; 2] {
     let i = if side.reversed { intervals - i } else { i };
     let (t, rest) = (i as f64 / intervals as f64, (intervals - i) as f64 / intervals as f64);
-    match (surface.domain(side.patch), side.edge) {
-        (Domain::Triangle, 0) => [rest, t],
-        (Domain::Triangle, 1) => [0.0, rest],
-        (Domain::Triangle, _) => [t, 0.0],
-        (Domain::Square, 0) => [t, 0.0],
-        (Domain::Square, 1) => [1.0, t],
-        (Domain::Square, 2) => [rest, 1.0],
-        (Domain::Square, _) => [0.0, rest],
-    }
+    surface.domain(side.patch).on_edge(side.edge, [rest, t])
 }
 
 fn intersections_of_input(data: &HermiteMesh) -> usize {
