@@ -11,8 +11,8 @@ use isopatch::bernstein::{cubic, pyramid, tetrahedron};
 use isopatch::geom::Point3;
 use isopatch::hull::{Class, Side};
 use isopatch::hybrid::{
-    Element, FaceCells, FanNet, Foot, HermitePolygons, HybridEdge, HybridFace, HybridFunction, HybridHull, Jet,
-    PyramidCell, Quadric, Sectors,
+    Element, FaceCells, FanNet, Foot, HermitePolygons, HybridEdge, HybridFace, HybridFunction, HybridHull,
+    Jet, PyramidCell, Quadric, Sectors,
 };
 use isopatch::mesh::{EdgeId, FaceId, HalfEdgeMesh};
 use serde_json::Value;
@@ -103,7 +103,8 @@ fn build(golden: &Value) -> HybridFunction {
         data.move_middle(e, point(&wanted["g"]) - data.middle(h));
         all_close(data.middle(h).as_slice(), &wanted["g"], "g");
         let beside = data.joint(e).map(|pair| pair.map(|h| &faces[data.mesh().face(h).index()].apexes));
-        let cells = [0, 1].map(|s| beside.is_some_and(|beside| beside.iter().all(|apexes| apexes[s].is_some())));
+        let cells =
+            [0, 1].map(|s| beside.is_some_and(|beside| beside.iter().all(|apexes| apexes[s].is_some())));
         edges[e.index()] = HybridEdge { class, cells };
     }
     HybridFunction::new(HybridHull { data, faces, edges })
@@ -198,8 +199,7 @@ fn sector_net(sectors: &Sectors, side: Side, k: usize) -> ([f64; 20], [f64; 4]) 
             names.iter().position(|n| *n == [c, p, q]).map_or(0.0, |n| values[n])
         };
         let quadratic = [[2, 0, 0], [1, 1, 0], [1, 0, 1], [0, 2, 0], [0, 1, 1], [0, 0, 2]];
-        let cubic =
-            [[3, 0, 0], [2, 1, 0], [2, 0, 1], [1, 2, 0], [1, 1, 1], [1, 0, 2], [0, 2, 1], [0, 1, 2]];
+        let cubic = [[3, 0, 0], [2, 1, 0], [2, 0, 1], [1, 2, 0], [1, 1, 1], [1, 0, 2], [0, 2, 1], [0, 1, 2]];
         net[tetrahedron::position(index)] = match a {
             0 => pick(&cubic, &base.net),
             1 => s * pick(&quadratic, &cell.layer1),
