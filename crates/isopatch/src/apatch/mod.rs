@@ -31,7 +31,7 @@ mod free;
 pub mod grid;
 pub mod lanes;
 mod locate;
-mod part;
+pub(crate) mod part;
 mod quadric;
 mod shoot;
 mod surface;

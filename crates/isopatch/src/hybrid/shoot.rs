@@ -35,7 +35,8 @@ impl HybridFunction {
         match (&self.faces()[f.index()], self.corners(f).len()) {
             (FaceCells::Pyramid(_), _) => Domain::Square,
             (_, 3) => Domain::Triangle,
-            (_, n) => Domain::Polygon(n as u8),
+            // Seams number their edges by bytes as well.
+            (_, n) => Domain::Polygon(u8::try_from(n).unwrap_or(u8::MAX)),
         }
     }
 
@@ -66,6 +67,11 @@ impl HybridFunction {
                 (Foot::Sector(k as usize, x), [[0.0, -v, v], [-1.0, 1.0 - w, w]])
             }
         }
+    }
+
+    /// Barycentric coordinates of c in a face with three corners.
+    pub(super) fn center_in_triangle(&self, f: FaceId, center: &Point3) -> [f64; 3] {
+        self.corners(f).first_chunk().map_or([f64::NAN; 3], |corners| in_triangle(*corners, center))
     }
 
     /// The layers over a point of a face on the side where the surface is: that side, and B_0 … B_3. None for a flat face.

@@ -137,13 +137,15 @@ fn chords(surface: &dyn Surface, patch: PatchId, n: usize, m: usize) -> Chords {
                 }
             }
         }
-        Domain::Square => found = chords_of_grid([0.0, 1.0], n, m, &point, &height),
+        // The patch over an edge shrinks to a point at u = 0; others are as long as they are wide.
+        Domain::Square if point([0.0, 0.0]) == point([0.0, 1.0]) => {
+            found = chords_of_grid([0.0, 1.0], n, m, &point, &height);
+        }
+        Domain::Square => found.along = chords_of_grid([0.0, 1.0], n, n, &point, &height).largest(),
         Domain::Polygon(count) => {
             for k in (0..count).map(f64::from) {
-                let of_sector = chords_of_grid([k, k + 1.0], n, n, &point, &height);
-                // All edges of the sector run along or across triangles.
-                let largest = of_sector.largest();
-                found = found.max(Chords { along: largest, across: 0.0, diagonal: 0.0 });
+                let of_sector = chords_of_grid([k, k + 1.0], n, n, &point, &height).largest();
+                found.along = found.along.max(of_sector);
             }
         }
     }

@@ -19,6 +19,7 @@ mod wedge;
 
 pub use build::{BuiltHull, build};
 pub use options::{DefaultRule, HybridOptions, Sheets};
+pub use shape::has_room;
 pub use single_sheet::{Certainty, enforce};
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.

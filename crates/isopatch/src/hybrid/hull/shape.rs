@@ -42,6 +42,11 @@ impl Shape {
     }
 }
 
+/// Can cells stand over a polygon with these corners? It needs an area, and a point that sees all of its sides.
+pub fn has_room(p: &[Point3]) -> bool {
+    Shape::new(p).is_some()
+}
+
 fn sides(p: &[Point3]) -> impl Iterator<Item = [&Point3; 2]> {
     (0..p.len()).map(|k| [&p[k], &p[(k + 1) % p.len()]])
 }
