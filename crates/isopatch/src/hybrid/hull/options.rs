@@ -42,7 +42,7 @@ pub struct HybridOptions {
     /// The paper's fan of tetrahedra over nonconvex triangles and quadrilaterals, which costs half as many cells; default
     /// false: sectors, which are sound for any gradients.
     pub fans: bool,
-    /// Normals that face a polygon with a smaller product than this give way to the most visible direction; default 0.15.
+    /// Normals that face a polygon with a smaller product than this give way to the most visible direction; default 0.05.
     pub visibility: f64,
 }
 
@@ -54,7 +54,7 @@ impl Default for HybridOptions {
             rule: DefaultRule::TwoStage,
             sheets: Sheets::WhereNeeded,
             fans: false,
-            visibility: 0.15,
+            visibility: 0.05,
         }
     }
 }
