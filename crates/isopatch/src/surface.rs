@@ -22,7 +22,7 @@ pub enum Domain {
     /// (u, v) in the unit square.
     Square,
     /// A polygon with this many corners, as triangles between its edges and a point c inside of it: (k + u, v) with u and v in
-    /// the unit interval is the point (1 − v) c + v ((1 − u) p_k + u p_(k+1)). All of v = 0 is c.
+    /// the unit interval is the point v c + (1 − v) ((1 − u) p_k + u p_(k+1)). All of v = 1 is c.
     Polygon(u8),
 }
 
@@ -37,7 +37,7 @@ impl Domain {
             (Self::Square, 1) => [1.0, end],
             (Self::Square, 2) => [start, 1.0],
             (Self::Square, _) => [0.0, start],
-            (Self::Polygon(_), k) => [f64::from(k) + end, 1.0],
+            (Self::Polygon(_), k) => [f64::from(k) + end, 0.0],
         }
     }
 }
@@ -76,7 +76,7 @@ pub struct SeamSide {
     pub patch: PatchId,
     /// Which edge of it. Of a triangle, edge k runs from corner k to corner k + 1; of a square, edge 0 is v = 0 with u rising,
     /// edge 1 is u = 1 with v rising, edge 2 is v = 1 with u falling, edge 3 is u = 0 with v falling. Of a polygon, edge k is
-    /// v = 1 with u rising from k to k + 1.
+    /// v = 0 with u rising from k to k + 1.
     pub edge: u8,
     /// Does the patch's edge run against the seam?
     pub reversed: bool,

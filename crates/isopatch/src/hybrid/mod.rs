@@ -17,6 +17,7 @@
 //! flank.rs      from there to the cells of edges (4.4)
 //!
 //! function.rs   the function;  shoot.rs points and derivatives;  part.rs bounds;  locate.rs inside and outside
+//! hull/         the hull of a mesh: cells, apexes, free parameters;  sheets.rs rays that meet the surface never or twice
 //! surface.rs    its zero set as patches, one over each polygon and one over each edge
 //! ```
 //!

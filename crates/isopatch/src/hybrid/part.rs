@@ -146,7 +146,7 @@ impl HybridFunction {
                 (from..=to.max(from))
                     .flat_map(|k| {
                         let w = [low, high].map(|u| (u - k as f64).clamp(0.0, 1.0));
-                        let at = |w: f64, v: f64| [1.0 - v, v * (1.0 - w), v * w];
+                        let at = |w: f64, v: f64| [v, (1.0 - v) * (1.0 - w), (1.0 - v) * w];
                         let [a, b, c, d] = [at(w[0], near), at(w[0], far), at(w[1], far), at(w[1], near)];
                         [Part::Triangle(k, [a, b, c]), Part::Triangle(k, [a, c, d])]
                     })

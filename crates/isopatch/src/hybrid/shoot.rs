@@ -63,8 +63,8 @@ impl HybridFunction {
             _ => {
                 let k = u.floor().clamp(0.0, corners.len() as f64 - 1.0);
                 let w = u - k;
-                let x = [1.0 - v, v * (1.0 - w), v * w];
-                (Foot::Sector(k as usize, x), [[0.0, -v, v], [-1.0, 1.0 - w, w]])
+                let r = 1.0 - v;
+                (Foot::Sector(k as usize, [v, r * (1.0 - w), r * w]), [[0.0, -r, r], [1.0, w - 1.0, -w]])
             }
         }
     }

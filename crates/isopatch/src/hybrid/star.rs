@@ -4,21 +4,12 @@
 //! themselves; all others are given by the data of the polygon. What the C1 conditions across [a c p_k] then lack for the
 //! coefficients of (a, p, q) and (c, p, q) becomes a rational term: no condition on the data remains, for any number of corners.
 
-use super::cells::HybridFace;
+use super::cells::{HybridFace, Jet};
 use super::data::PolygonFrame;
 use super::sectors::{SectorBase, SectorSide, Sectors};
 use super::tetra::barycentric;
-use crate::geom::Point3;
+use crate::geom::{Point3, Vec3};
 use crate::hull::Side;
-
-/// An affine function of the height over c.
-#[derive(Clone, Copy, Debug)]
-struct Shift {
-    /// Added everywhere.
-    constant: f64,
-    /// Added times the height over c along the axis, in heights of the apex.
-    rise: f64,
-}
 
 /// The coefficients with two of a and c: functions of the third point.
 #[derive(Clone, Copy)]
@@ -26,71 +17,117 @@ struct Axis<'a> {
     face: &'a HybridFace,
     side: Side,
     apex: Point3,
-    /// What F(a, c, x) and F(c, c, x) have beyond the quadric.
-    shifts: [Shift; 2],
+    /// What is added to the quadric, where there are cells on both sides.
+    change: Option<Change>,
+    /// What F(a, c, x) has beyond that per height of the apex, where there are none on the other side.
+    rise: f64,
 }
 
 impl Axis<'_> {
-    /// Height of x over c, 1 at the apex.
-    fn height(&self, x: &Point3) -> f64 {
-        let (c, n) = (&self.face.center, &self.face.normal);
-        (x - c).dot(n) / (self.apex - c).dot(n)
-    }
-
-    fn shifted(&self, n: usize, x: &Point3) -> f64 {
-        let Shift { constant, rise } = self.shifts[n];
-        if constant == 0.0 && rise == 0.0 { 0.0 } else { constant + rise * self.height(x) }
+    fn blossom(&self, x: &Point3, y: &Point3, z: &Point3) -> f64 {
+        let change = self.change.as_ref().map_or(0.0, |change| change.blossom(x, y, z));
+        self.face.quadric.blossom(x, y, z) + change
     }
 
     /// F(a, a, x).
     fn aa(&self, x: &Point3) -> f64 {
         match self.face.at_apex[self.side.index()] {
             Some(jet) => jet.towards(&self.apex, x),
-            None => self.face.quadric.blossom(&self.apex, &self.apex, x),
+            None => self.blossom(&self.apex, &self.apex, x),
         }
     }
 
     /// F(a, c, x).
     fn ac(&self, x: &Point3) -> f64 {
-        self.face.quadric.blossom(&self.apex, &self.face.center, x) + self.shifted(0, x)
+        let (c, n) = (&self.face.center, &self.face.normal);
+        // Zero without a change, so that nothing is added to the quadric.
+        let risen = if self.rise == 0.0 { 0.0 } else { self.rise * (x - c).dot(n) / (self.apex - c).dot(n) };
+        self.blossom(&self.apex, c, x) + risen
     }
 
     /// F(c, c, x).
     fn cc(&self, x: &Point3) -> f64 {
-        let c = &self.face.center;
-        self.face.quadric.blossom(c, c, x) + self.shifted(1, x)
+        self.blossom(&self.face.center, &self.face.center, x)
+    }
+}
+
+/// A cubic polynomial with given values and gradients at both apexes: along the axis it is the one of Hermite, across it is
+/// linear, with a slope that is linear along the axis.
+///
+/// All coefficients with two points of the axis have to come from one polynomial if cells on both sides are to be C1 around the
+/// axis and across the triangles [c p q] over polygons that are not plane. A quadric has not enough freedom for that.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    /// The inner apex, from which heights are measured, and the unit normal.
+    bottom: Point3,
+    normal: Vec3,
+    /// From the inner to the outer apex.
+    height: f64,
+    /// Bernstein coefficients along the axis.
+    along: [f64; 4],
+    /// Slopes across, at the inner and the outer apex.
+    across: [Vec3; 2],
+}
+
+impl Change {
+    /// What the parameters at the apexes ask for beyond the quadric; none if they are all those of the quadric.
+    fn new(face: &HybridFace, [u, v]: [&Point3; 2]) -> Option<Self> {
+        if face.at_apex.iter().all(Option::is_none) {
+            return None;
+        }
+        let beyond = |side: Side, at: &Point3| {
+            let (value, gradient) = (face.quadric.value(at), face.quadric.gradient(at));
+            let jet = face.at_apex[side.index()].unwrap_or(Jet { value, gradient });
+            (jet.value - value, jet.gradient - gradient)
+        };
+        let (at_u, slope_u) = beyond(Side::Outer, u);
+        let (at_v, slope_v) = beyond(Side::Inner, v);
+        let (n, axis) = (face.normal, u - v);
+        let flat = |slope: Vec3| slope - slope.dot(&n) * n;
+        Some(Self {
+            bottom: *v,
+            normal: n,
+            height: axis.dot(&n),
+            along: [at_v, at_v + slope_v.dot(&axis) / 3.0, at_u - slope_u.dot(&axis) / 3.0, at_u],
+            across: [flat(slope_v), flat(slope_u)],
+        })
+    }
+
+    fn blossom(&self, x: &Point3, y: &Point3, z: &Point3) -> f64 {
+        let points = [x, y, z];
+        let heights = points.map(|p| (p - self.bottom).dot(&self.normal) / self.height);
+        let mut along = self.along;
+        for (step, t) in heights.iter().enumerate() {
+            for i in 0..3 - step {
+                along[i] += t * (along[i + 1] - along[i]);
+            }
+        }
+        // The product of a linear function across and a linear slope is quadratic.
+        let mut product = 0.0;
+        for i in 0..3 {
+            for j in (0..3).filter(|j| *j != i) {
+                let slope = self.across[0] + heights[j] * (self.across[1] - self.across[0]);
+                product += (points[i] - self.bottom).dot(&slope) / 6.0;
+            }
+        }
+        along[0] + product
     }
 }
 
 /// The axes of both sides of a face, where it has apexes.
-///
-/// Parameters F(a), ∇F(a) that are not those of the quadric change F(a, a, c) by Δ. F(a, c, ·) and F(c, c, ·) follow, so that
-/// the function stays C1 around the axis and, with cells on both sides, across the triangles [c p q]: F(c, c, ·) by
-/// ε = (κΔ_u − Δ_v/κ) / 2(1 + κ) per height of u, where κ is the height of v below c over that of u.
 fn axes(face: &HybridFace) -> [Option<Axis<'_>>; 2] {
-    let none = Shift { constant: 0.0, rise: 0.0 };
-    let mut axes =
-        Side::BOTH.map(|side| Some(Axis { face, side, apex: face.apexes[side.index()]?, shifts: [none; 2] }));
-    let c = &face.center;
-    let change = |axis: &Axis<'_>| match face.at_apex[axis.side.index()] {
-        Some(jet) => jet.towards(&axis.apex, c) - face.quadric.blossom(&axis.apex, &axis.apex, c),
-        None => 0.0,
+    let change = match &face.apexes {
+        [Some(u), Some(v)] => Change::new(face, [u, v]),
+        _ => None,
     };
-    match &mut axes {
-        [Some(u), Some(v)] => {
-            let (at_u, at_v, depth) = (change(u), change(v), -u.height(&v.apex));
-            let bend = (depth * at_u - at_v / depth) / (2.0 * (1.0 + depth));
-            u.shifts = [Shift { constant: bend, rise: at_u - bend }, Shift { constant: 0.0, rise: bend }];
-            let below = -depth * bend;
-            v.shifts = [Shift { constant: below, rise: at_v - below }, Shift { constant: 0.0, rise: below }];
-        }
-        [one, other] => {
-            for axis in [one, other].into_iter().flatten() {
-                axis.shifts[0].rise = change(axis);
-            }
-        }
-    }
-    axes
+    let both = face.apexes.iter().all(Option::is_some);
+    Side::BOTH.map(|side| {
+        let apex = face.apexes[side.index()]?;
+        let (c, given) = (&face.center, face.at_apex[side.index()].filter(|_| !both));
+        // F(a, c, ·) follows F(a, a, ·) to c.
+        let rise = given.map_or(0.0, |jet| jet.towards(&apex, c) - face.quadric.blossom(&apex, &apex, c));
+        Some(Axis { face, side, apex, change, rise })
+    })
 }
 
 /// Corrections of the coefficients of (x, p_k, p_(k+1)) for C1 across the planes [a c p_k] and [a c p_(k+1)], of each sector.

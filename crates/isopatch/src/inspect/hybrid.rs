@@ -3,7 +3,7 @@
 use super::a_patches::{CHUNK, Figures, Grid, figures, seams};
 use super::seams::normal_jump;
 use super::{
-    APatchInspectOptions, APatchInspection, Extent, Inspection, Interpolation, mesh_intersections,
+    APatchInspectOptions, APatchInspection, Extent, Inspection, Interpolation, intersections::places, mesh_intersections,
     or_infinite, topology,
 };
 use crate::apatch::{Over, Shot};
@@ -12,7 +12,7 @@ use crate::geom::{Aabb, Vec3};
 use crate::hybrid::{HermitePolygons, HybridSurface};
 use crate::mesh::FaceId;
 use crate::surface::{Domain, PatchId, Surface};
-use crate::tessellate::small_triangles;
+use crate::tessellate::{small_triangles, tessellate_hybrid};
 use rayon::prelude::*;
 
 /// Measures a surface of hybrid A-patches, as [`inspect_a_patches`](super::inspect_a_patches) does those over triangles. Time and
@@ -27,7 +27,10 @@ pub fn inspect_hybrid(surface: &HybridSurface, options: &APatchInspectOptions) -
     };
     let chunks: Vec<Figures> = patches.par_chunks(CHUNK).map(of_chunk).collect();
     let all = chunks.into_iter().fold(Figures::NONE, Figures::and);
-    // TESSELLATE
+    let intersections = options.intersections.and_then(|resolution| {
+        let mesh = tessellate_hybrid(surface, resolution).ok()?.mesh;
+        Some(places(&mesh, |patch| matches!(surface.over(patch), Over::Edge(_))))
+    });
     let common = Inspection {
         diagonal: data.diagonal(),
         bounds: Aabb::around(data.positions()),
@@ -42,7 +45,7 @@ pub fn inspect_hybrid(surface: &HybridSurface, options: &APatchInspectOptions) -
             max_mixed_curvature_error: f64::NAN,
             worst_curvature: None,
         },
-        intersections: None,
+        intersections,
         deviation: None,
         coverage: None,
     };
@@ -78,8 +81,8 @@ fn lattice(domain: Domain, n: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
                 // x is the weight of the centre; at the centre every direction is the same point.
                 points.extend(lattice.iter().map(|[x, p, q]| {
                     let turn = if p + q > 0.0 { q / (p + q) } else { 0.5 };
-                    // The end of a sector is the start of the next one, where it has its own half edge.
-                    [k as f64 + turn.min(1.0 - f64::EPSILON * count as f64), 1.0 - x]
+                    // The end of a sector is the start of the next one, and counts as that.
+                    [k as f64 + turn.min(1.0 - f64::EPSILON * count as f64), *x]
                 }));
                 triangles.extend(in_triangle().map(|t| t.map(|i| first + i)));
             }

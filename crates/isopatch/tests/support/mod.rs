@@ -6,6 +6,7 @@ pub mod bodies;
 pub mod flat_mesh;
 pub mod golden;
 pub mod meshes;
+pub mod polyhedra;
 pub mod python;
 pub mod step;
 
