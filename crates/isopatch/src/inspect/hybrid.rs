@@ -3,8 +3,8 @@
 use super::a_patches::{CHUNK, Figures, Grid, figures, seams};
 use super::seams::normal_jump;
 use super::{
-    APatchInspectOptions, APatchInspection, Extent, Inspection, Interpolation, intersections::places, mesh_intersections,
-    or_infinite, topology,
+    APatchInspectOptions, APatchInspection, Extent, Inspection, Interpolation, intersections::places,
+    mesh_intersections, or_infinite, topology,
 };
 use crate::apatch::{Over, Shot};
 use crate::bernstein::{index, triangle};

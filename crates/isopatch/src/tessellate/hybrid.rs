@@ -115,11 +115,15 @@ impl Lattice {
                 index::indices(n - 3).map(|[i, j, _]| at([part(i + 1), part(j + 1)])).collect()
             }
             Domain::Triangle => Vec::new(),
-            Domain::Square => (1..n).flat_map(|j| (1..n).map(move |i| (i, j))).map(|(i, j)| at([part(i), part(j)])).collect(),
+            Domain::Square => (1..n)
+                .flat_map(|j| (1..n).map(move |i| (i, j)))
+                .map(|(i, j)| at([part(i), part(j)]))
+                .collect(),
             Domain::Polygon(corners) => {
                 let rings = (1..n).flat_map(|r| (0..usize::from(corners)).map(move |k| (r, k)));
                 let around = rings.flat_map(|(r, k)| (0..r).map(move |j| (r, k, j)));
-                let foot = |(r, k, j): (usize, usize, usize)| Foot::Sector(k, [part(n - r), part(r - j), part(j)]);
+                let foot =
+                    |(r, k, j): (usize, usize, usize)| Foot::Sector(k, [part(n - r), part(r - j), part(j)]);
                 std::iter::once(Foot::Sector(0, [1.0, 0.0, 0.0])).chain(around.map(foot)).collect()
             }
         }
@@ -217,13 +221,15 @@ impl<'a> Numbering<'a> {
             patch[e.index()] = Some(PatchId((mesh.face_count() + i) as u32));
         }
         let mut total = mesh.vertex_count() as u64;
-        let mut next = |count: usize| std::mem::replace(&mut total, total + count as u64);
+        let mut next = |count: usize| {
+            let first = total;
+            total += count as u64;
+            first
+        };
         let rows = |e: usize| if patch[e].is_some() { m + 1 } else { 1 };
         let edge_start: Vec<u64> = (0..mesh.edge_count()).map(|e| next((n - 1) * rows(e))).collect();
-        let mut face_start: Vec<u64> = mesh
-            .faces()
-            .map(|f| next(Lattice { n, domain: function.face_domain(f) }.interior()))
-            .collect();
+        let mut face_start: Vec<u64> =
+            mesh.faces().map(|f| next(Lattice { n, domain: function.face_domain(f) }.interior())).collect();
         face_start.push(total);
         if u32::try_from(total).is_err() {
             let points = u128::from(total);
@@ -262,7 +268,9 @@ impl<'a> Numbering<'a> {
             let points: Vec<_> = match self.patch[e] {
                 Some(_) => (1..self.n)
                     .flat_map(|i| (0..=self.m).map(move |j| (i, j)))
-                    .map(|(i, j)| found(function.shoot_edge(e.into(), self.weights(i), j as f64 / self.m as f64)))
+                    .map(|(i, j)| {
+                        found(function.shoot_edge(e.into(), self.weights(i), j as f64 / self.m as f64))
+                    })
                     .collect(),
                 None => (1..self.n).map(|i| found(self.on_straight(e.into(), i))).collect(),
             };
