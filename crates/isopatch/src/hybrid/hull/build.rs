@@ -1,7 +1,8 @@
 //! The steps from polygons with gradients to a hull.
 
 use super::fit;
-use super::options::{HybridOptions, Sheets};
+use super::options::{DefaultRule, HybridOptions, Sheets};
+use super::paper_rule;
 use super::place::{Placed, placed};
 use super::settle::settle;
 use super::single_sheet::{self, Certainty};
@@ -37,6 +38,9 @@ pub fn build(data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     let faces = (0..count).into_par_iter().map(|f| face(&data, &faces[f], f.into())).collect();
     let all: Vec<FaceId> = data.mesh().faces().collect();
     let mut hull = HybridHull { data, faces, edges };
+    if let DefaultRule::Paper { linear } = options.rule {
+        use_paper_rule(&mut hull, linear);
+    }
     let certainty = match options.sheets {
         Sheets::Everywhere => single_sheet::enforce(&mut hull, &all),
         Sheets::WhereNeeded | Sheets::Nowhere => single_sheet::judged(&hull),
@@ -57,6 +61,15 @@ fn face(data: &HermitePolygons, placed: &Placed, f: FaceId) -> HybridFace {
         apexes: placed.apexes(),
         at_apex: [None; 2],
         quadric,
+    }
+}
+
+fn use_paper_rule(hull: &mut HybridHull, linear: bool) {
+    for f in 0..hull.faces.len() {
+        let frame = hull.data.frame(f.into());
+        if let Some((side, jet)) = paper_rule::at_apex(&frame, &hull.faces[f], linear) {
+            hull.faces[f].at_apex[side.index()] = Some(jet);
+        }
     }
 }
 

@@ -138,7 +138,7 @@ impl<'a> Fan<'a> {
 }
 
 /// Barycentric coordinates; not finite in a flat tetrahedron.
-fn barycentric([a, b, c, d]: [Point3; 4], x: &Point3) -> [f64; 4] {
+pub(super) fn barycentric([a, b, c, d]: [Point3; 4], x: &Point3) -> [f64; 4] {
     let inverse = Mat3::from_columns(&[b - a, c - a, d - a]).try_inverse();
     let r = inverse.map_or(Vec3::repeat(f64::NAN), |inverse| inverse * (x - a));
     [1.0 - r.sum(), r.x, r.y, r.z]

@@ -11,6 +11,7 @@ mod build;
 mod fit;
 mod layers;
 mod options;
+mod paper_rule;
 mod place;
 mod settle;
 mod shape;

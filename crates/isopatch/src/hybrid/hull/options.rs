@@ -7,8 +7,8 @@ pub enum DefaultRule {
     /// the corners around it. Exact for quadrics.
     #[default]
     TwoStage,
-    /// The paper's: the polynomial part of the function comes near to a quadratic, and with `linear` to a linear one as
-    /// well. On planar polygons this does not give quadrics back.
+    /// The paper's, over triangles and in pyramids: the polynomial part of the function comes near to a quadratic, and with
+    /// `linear` to a linear one as well. On planar polygons this does not give quadrics back. Other cells keep the rule above.
     Paper {
         /// The added equations, which the paper asks for over triangles.
         linear: bool,

@@ -72,6 +72,26 @@ fn noisy_normals_still_give_single_sheets() {
     assert!(gained > 20, "{gained}");
 }
 
+/// The paper's rule misses the sphere over planar polygons, by as much as the prototypes of the method did, and gives quadrics
+/// back over polygons that are not planar.
+#[test]
+fn the_rule_of_the_paper_is_exact_where_polygons_are_not_planar() {
+    let miss = |name: &str, linear: bool| {
+        let (q, body) = quadrics().into_iter().find(|(_, body)| body.name == name).unwrap();
+        let rule = DefaultRule::Paper { linear };
+        let built = build(on_quadric(&q, &body), &HybridOptions { rule, ..HybridOptions::default() });
+        let of = |face: &crate::hybrid::HybridFace| {
+            let side =
+                crate::hull::Side::BOTH.into_iter().find(|side| face.apexes[side.index()].is_some()).unwrap();
+            let (a, jet) = (face.apexes[side.index()].unwrap(), face.jet(side).unwrap());
+            (jet.value - q.value(&a)).abs()
+        };
+        built.hull.faces.iter().map(of).fold(0.0, f64::max)
+    };
+    assert!(miss("cube", false) > 0.05 && miss("snub cube", true) > 1e-3);
+    assert!(miss("elliptic paraboloid", false) < 1e-11);
+}
+
 #[test]
 fn polygons_get_the_cells_that_suit_them() {
     let built = |name: &str| -> HybridHull {
