@@ -18,6 +18,7 @@
 //!
 //! function.rs   the function;  shoot.rs points and derivatives;  part.rs bounds;  locate.rs inside and outside
 //! hull/         the hull of a mesh: cells, apexes, free parameters;  sheets.rs rays that meet the surface never or twice
+//! grid.rs       many points at once
 //! surface.rs    its zero set as patches, one over each polygon and one over each edge
 //! ```
 //!
@@ -29,6 +30,7 @@ mod face;
 mod fan;
 mod flank;
 mod function;
+pub mod grid;
 pub mod hull;
 mod locate;
 mod part;

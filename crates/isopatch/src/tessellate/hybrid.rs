@@ -1,7 +1,9 @@
 use super::{APatchResolution, MAX_INTERVALS, SharingError, TessellateError, Tessellation};
 use crate::apatch::Shot;
-use crate::bernstein::index;
-use crate::geom::{Point3, Vec3};
+use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
+use crate::bernstein::{index, triangle};
+use crate::geom::{Point3, Points, Vec3};
+use crate::hybrid::grid::{PyramidTable, SectorTable};
 use crate::hybrid::{Foot, HybridFunction, HybridSurface};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh};
 use crate::surface::{Domain, PatchId};
@@ -105,30 +107,6 @@ impl Lattice {
         }
     }
 
-    /// Interior points in order: parameters of the patch, or in a polygon the sector with the weights of (c, p, q).
-    fn feet(&self, function: &HybridFunction, f: FaceId) -> Vec<Foot> {
-        let n = self.n;
-        let part = |i: usize| i as f64 / n as f64;
-        let at = |uv: [f64; 2]| function.foot(f, uv).0;
-        match self.domain {
-            Domain::Triangle if n > 2 => {
-                index::indices(n - 3).map(|[i, j, _]| at([part(i + 1), part(j + 1)])).collect()
-            }
-            Domain::Triangle => Vec::new(),
-            Domain::Square => (1..n)
-                .flat_map(|j| (1..n).map(move |i| (i, j)))
-                .map(|(i, j)| at([part(i), part(j)]))
-                .collect(),
-            Domain::Polygon(corners) => {
-                let rings = (1..n).flat_map(|r| (0..usize::from(corners)).map(move |k| (r, k)));
-                let around = rings.flat_map(|(r, k)| (0..r).map(move |j| (r, k, j)));
-                let foot =
-                    |(r, k, j): (usize, usize, usize)| Foot::Sector(k, [part(n - r), part(r - j), part(j)]);
-                std::iter::once(Foot::Sector(0, [1.0, 0.0, 0.0])).chain(around.map(foot)).collect()
-            }
-        }
-    }
-
     /// Point (i, j, k) of a triangle, i + j + k = n.
     fn in_triangle(&self, [i, j, k]: [usize; 3]) -> Node {
         match (i, j, k) {
@@ -158,7 +136,7 @@ impl Lattice {
         match r {
             0 => Node::Interior(0),
             _ if r == self.n => Node::Border(k, j),
-            _ => Node::Interior(1 + corners * r * (r - 1) / 2 + k * r + j),
+            _ => Node::Interior(1 + k * self.n * (self.n - 1) / 2 + r * (r - 1) / 2 + j),
         }
     }
 
@@ -194,6 +172,76 @@ impl Lattice {
                     }
                 }
                 parts
+            }
+        }
+    }
+}
+
+/// The tables for the points of all patches but the corners and what is on their borders: over edges with their borders to the
+/// faces, inside of triangles and squares, and in the sectors of polygons with their start but without the center.
+struct Tables {
+    over_edge: Vec<[f64; 3]>,
+    edge: EdgeTable,
+    in_triangle: Vec<[f64; 3]>,
+    triangle: FaceTable,
+    pyramid: PyramidTable,
+    sector: SectorTable,
+}
+
+/// Points and normals from what writes them to a grid.
+fn evaluated(count: usize, evaluate: impl Fn(&mut GridOut<'_>)) -> Vec<(Point3, Vec3)> {
+    let (mut points, mut normals) = (Points::zeros(count), Points::zeros(count));
+    evaluate(&mut GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) });
+    (0..count).map(|i| (points.get(i), normals.get(i))).collect()
+}
+
+impl Tables {
+    fn new(n: usize, m: usize) -> Self {
+        let part = |i: usize| i as f64 / n as f64;
+        let over_edge: Vec<[f64; 3]> = (1..n)
+            .flat_map(|i| (0..=m).map(move |j| (i, j)))
+            .map(|(i, j)| [part(n - i), part(i), j as f64 / m as f64])
+            .collect();
+        let in_triangle = triangle::interior_lattice(n);
+        // The first corner of the face is at s = t = 1.
+        let in_square: Vec<[f64; 2]> = (1..n)
+            .flat_map(|j| (1..n).map(move |i| (i, j)))
+            .map(|(i, j)| [part(n - i), part(n - j)])
+            .collect();
+        let in_sector: Vec<[f64; 3]> = (1..n)
+            .flat_map(|r| (0..r).map(move |j| (r, j)))
+            .map(|(r, j)| [part(n - r), part(r - j), part(j)])
+            .collect();
+        Self {
+            edge: EdgeTable::new(&over_edge),
+            over_edge,
+            triangle: FaceTable::new(&in_triangle),
+            in_triangle,
+            pyramid: PyramidTable::new(&in_square),
+            sector: SectorTable::new(&in_sector),
+        }
+    }
+
+    fn edge(&self, function: &HybridFunction, e: EdgeId) -> Vec<(Point3, Vec3)> {
+        evaluated(self.edge.len(), |out| function.evaluate_edge(&self.edge, &self.over_edge, e, out))
+    }
+
+    fn face(&self, function: &HybridFunction, f: FaceId) -> Vec<(Point3, Vec3)> {
+        match function.face_domain(f) {
+            Domain::Triangle => evaluated(self.triangle.len(), |out| {
+                function.evaluate_triangle(&self.triangle, &self.in_triangle, f, out);
+            }),
+            Domain::Square => evaluated(self.pyramid.len(), |out| self.pyramid.evaluate(function, f, out)),
+            Domain::Polygon(corners) => {
+                let center = function.shoot_from(f, Foot::Sector(0, [1.0, 0.0, 0.0]), [[0.0; 3]; 2]);
+                let nan = Vec3::repeat(f64::NAN);
+                let mut found = vec![center.map_or((nan, nan), |s| (s.point, s.gradient.normalize()))];
+                for k in 0..usize::from(corners) {
+                    found.extend(evaluated(self.sector.len(), |out| {
+                        self.sector.evaluate(function, f, k, out);
+                    }));
+                }
+                found
             }
         }
     }
@@ -260,26 +308,15 @@ impl<'a> Numbering<'a> {
 
     /// Points and normals of the edges, then of the interiors of the faces.
     fn samples(&self) -> Vec<(Point3, Vec3)> {
-        let nan = Vec3::repeat(f64::NAN);
+        let (tables, nan) = (Tables::new(self.n, self.m), Vec3::repeat(f64::NAN));
         let found = |shot: Option<Shot>| shot.map_or((nan, nan), |s| (s.point, s.gradient.normalize()));
-        let still = [[0.0; 3]; 2];
-        let function = self.function();
-        let of_edges = (0..self.edge_start.len()).into_par_iter().flat_map_iter(|e| {
-            let points: Vec<_> = match self.patch[e] {
-                Some(_) => (1..self.n)
-                    .flat_map(|i| (0..=self.m).map(move |j| (i, j)))
-                    .map(|(i, j)| {
-                        found(function.shoot_edge(e.into(), self.weights(i), j as f64 / self.m as f64))
-                    })
-                    .collect(),
-                None => (1..self.n).map(|i| found(self.on_straight(e.into(), i))).collect(),
-            };
-            points
+        let of_edges = (0..self.edge_start.len()).into_par_iter().flat_map_iter(|e| match self.patch[e] {
+            Some(_) => tables.edge(self.function(), e.into()),
+            None => (1..self.n).map(|i| found(self.on_straight(e.into(), i))).collect(),
         });
-        let of_faces = (0..self.mesh().face_count()).into_par_iter().flat_map_iter(|f| {
-            let feet = self.lattice(f.into()).feet(function, f.into());
-            feet.into_iter().map(move |foot| found(function.shoot_from(f.into(), foot, still)))
-        });
+        let of_faces = (0..self.mesh().face_count())
+            .into_par_iter()
+            .flat_map_iter(|f| tables.face(self.function(), f.into()));
         of_edges.chain(of_faces).collect()
     }
 
