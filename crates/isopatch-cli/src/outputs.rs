@@ -9,7 +9,7 @@ use isopatch::io::{Format, WriteError, gltf, obj, ply, step, stl, vtk};
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
-    tessellate_a_patches,
+    tessellate_a_patches, tessellate_hybrid,
 };
 use std::collections::HashSet;
 use std::io::Write;
@@ -113,7 +113,7 @@ pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<
 
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
-    let linear = style.cells == Some(VtkCells::Linear) || model.a_patches().is_some();
+    let linear = style.cells == Some(VtkCells::Linear) || model.spline().is_none();
     file.format.is_tessellated() || file.format == Format::Vtk && linear
 }
 
@@ -138,10 +138,7 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
 /// The resolution that is asked for, or else the default.
 fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Failure> {
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.as_surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
         Fineness::Standard if model.spline().is_some() => Ok(with(TessellateOptions::default().resolution)),
@@ -164,7 +161,7 @@ pub fn intervals(
     files: &[OutputFile],
     style: &Style,
 ) -> Result<Option<[usize; 2]>, Failure> {
-    if model.a_patches().is_none() || !files.iter().any(|file| is_flat(model, file, style)) {
+    if model.spline().is_some() || !files.iter().any(|file| is_flat(model, file, style)) {
         return Ok(None);
     }
     resolution(model, style).map(|r| Some([r.along, r.across]))
@@ -177,6 +174,7 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
             tessellate(spline.as_ref(), &TessellateOptions { resolution: resolution.along })?
         }
         NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
+        NativeSurface::Hybrid(surface) => tessellate_hybrid(surface, resolution)?.mesh,
     })
 }
 
@@ -221,10 +219,7 @@ fn write_patches(
     style: &Style,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.as_surface();
     match file.format {
         Format::Step => {
             let name = file.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -123,6 +123,11 @@ impl HermitePolygons {
         }
     }
 
+    /// Replaces the middle coefficients of all half edges by those that a file has.
+    pub(crate) fn set_middles(&mut self, middles: Vec<Vec3>) {
+        self.middles = middles;
+    }
+
     /// Where a half edge starts.
     pub fn position(&self, corner: HalfEdgeId) -> Point3 {
         self.positions[self.mesh.origin(corner).index()]

@@ -17,6 +17,7 @@
 //! flank.rs      from there to the cells of edges (4.4)
 //!
 //! function.rs   the function;  shoot.rs points and derivatives;  part.rs bounds;  locate.rs inside and outside
+//! hull/         the hull of a mesh: cells, apexes, free parameters;  sheets.rs rays that meet the surface never or twice
 //! grid.rs       many points at once
 //! surface.rs    its zero set as patches, one over each polygon and one over each edge
 //! ```
@@ -30,11 +31,13 @@ mod fan;
 mod flank;
 mod function;
 pub mod grid;
+pub mod hull;
 mod locate;
 mod part;
 mod pyramid;
 mod quadric;
 mod sectors;
+mod sheets;
 mod shoot;
 mod star;
 mod surface;
@@ -49,4 +52,5 @@ pub use function::HybridFunction;
 pub use pyramid::PyramidCell;
 pub use quadric::Quadric;
 pub use sectors::{SectorBase, SectorSide, Sectors, Weights};
+pub use sheets::{broken_edges, broken_faces, mended};
 pub use surface::HybridSurface;
