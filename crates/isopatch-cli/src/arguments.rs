@@ -7,6 +7,7 @@ use isopatch::base::BaseMethod;
 use isopatch::geom::Aabb;
 use isopatch::io::Unit;
 use isopatch::recipes::apatch::{GradientLengths, NormalSource};
+use isopatch::recipes::hybrid::{Polygons, TriangleElement};
 use isopatch::render::View;
 use std::path::PathBuf;
 
@@ -107,7 +108,8 @@ pub struct FitOptions {
     #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method"])]
     pub recipe: Option<Recipe>,
 
-    /// Where the normals of a mesh come from [default: the file if it has any, else loop]
+    /// Where the normals of a mesh come from [default: the file if it has any, else loop; over
+    /// polygons angle]
     #[arg(long, value_name = "SOURCE", help_heading = MESHES)]
     pub normals: Option<Normals>,
 
@@ -118,6 +120,16 @@ pub struct FitOptions {
     /// Edges of a mesh whose faces are at more than this angle, in degrees, are sharp [default: none]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::angle, help_heading = MESHES)]
     pub crease_angle: Option<f64>,
+
+    /// What becomes of the quadrilaterals, pentagons and so on of a mesh: keep (patches over them as they are) or split (into
+    /// triangles) [default: keep]
+    #[arg(long, value_name = "HOW", help_heading = MESHES)]
+    pub polygons: Option<PolygonChoice>,
+
+    /// The cells over the triangles of a mesh: triangle (the triangle method's, in a mesh of triangles alone) or hybrid (the
+    /// polygon method's in any mesh) [default: triangle]
+    #[arg(long, value_name = "ELEMENT", help_heading = MESHES)]
+    pub triangle_element: Option<TriangleChoice>,
 
     /// Shape of A-patches: a number, larger for flatter patches, or a file with a line for each face of the mesh: the
     /// numbers of its outer and its inner side, - for the default [default: from the neighbours]
@@ -236,6 +248,42 @@ impl From<Lengths> for GradientLengths {
             Lengths::Given => Self::Given,
             Lengths::Unit => Self::Unit,
             Lengths::Recovered => Self::Recovered,
+        }
+    }
+}
+
+/// What becomes of polygons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PolygonChoice {
+    /// Patches over them as they are
+    Keep,
+    /// They are cut into triangles
+    Split,
+}
+
+impl From<PolygonChoice> for Polygons {
+    fn from(choice: PolygonChoice) -> Self {
+        match choice {
+            PolygonChoice::Keep => Self::Keep,
+            PolygonChoice::Split => Self::Split,
+        }
+    }
+}
+
+/// Which cells stand over triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TriangleChoice {
+    /// Those of the triangle method, in a mesh of triangles alone
+    Triangle,
+    /// Those of the polygon method, in any mesh
+    Hybrid,
+}
+
+impl From<TriangleChoice> for TriangleElement {
+    fn from(choice: TriangleChoice) -> Self {
+        match choice {
+            TriangleChoice::Triangle => Self::Triangle,
+            TriangleChoice::Hybrid => Self::Hybrid,
         }
     }
 }

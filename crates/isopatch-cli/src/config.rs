@@ -128,6 +128,8 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         gradient_lengths: typed.gradient_lengths.or(filed.gradient_lengths),
         crease_angle: typed.crease_angle.or(filed.crease_angle),
         free: typed.free.or(filed.free),
+        polygons: typed.polygons.or(filed.polygons),
+        triangle_element: typed.triangle_element.or(filed.triangle_element),
         resolution,
         chord,
         cells: typed.cells.or(filed.cells),

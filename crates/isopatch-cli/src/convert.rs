@@ -8,7 +8,7 @@ use crate::outputs::{self, Style};
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
     outputs::check(&arguments.output, None)?;
     let model = read(&arguments.input)?;
-    if model.a_patches().is_some() {
+    if model.spline().is_none() {
         outputs::check_a_patches(&arguments.output, arguments.cells)?;
     }
     let style = Style::new(arguments.resolution, arguments.chord, arguments.cells);

@@ -6,11 +6,12 @@ use crate::fit::{describe, weakest};
 use crate::input::Input;
 use crate::making;
 use crate::summary::summary;
-use isopatch::apatch::APatchSurface;
 use isopatch::base::BaseMesh;
 use isopatch::field::{Field, Formula};
 use isopatch::geom::{Point3, Vec3};
-use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect, inspect_a_patches};
+use isopatch::inspect::{
+    APatchInspectOptions, APatchInspection, InspectOptions, inspect, inspect_a_patches, inspect_hybrid,
+};
 use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
 use isopatch::report::{self, APatchReport, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
 use isopatch::spline::TriangularSpline;
@@ -22,7 +23,14 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
     let model = seconds.measure("read", || read(&arguments.file))?;
     let report = match &model.surface {
         NativeSurface::Spline(spline) => of_spline(arguments, spline, &model.provenance, seconds)?,
-        NativeSurface::APatches(surface) => of_a_patches(arguments, surface, &model, seconds)?,
+        NativeSurface::APatches(surface) => of_a_patches(arguments, &model, seconds, |options| {
+            let found = inspect_a_patches(surface, options);
+            (APatchReport::new(surface.function()), found)
+        })?,
+        NativeSurface::Hybrid(surface) => of_a_patches(arguments, &model, seconds, |options| {
+            let found = inspect_hybrid(surface, options);
+            (APatchReport::of_hybrid(surface.function()), found)
+        })?,
     };
     let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
     print(&text);
@@ -73,16 +81,15 @@ fn of_spline(
 
 fn of_a_patches(
     arguments: &Inspect,
-    surface: &APatchSurface,
     model: &NativeModel,
     mut seconds: Seconds,
+    measure: impl FnOnce(&APatchInspectOptions) -> (APatchReport, APatchInspection),
 ) -> Result<Report, Failure> {
     if arguments.against.is_some() {
         return Err(Failure::Unfit("--against measures splines, not A-patches".into()));
     }
-    let inspection =
-        seconds.measure("inspection", || inspect_a_patches(surface, &APatchInspectOptions::default()));
-    let figures = APatchReport::new(surface.function()).inspected(&inspection);
+    let (figures, inspection) = seconds.measure("inspection", || measure(&APatchInspectOptions::default()));
+    let figures = figures.inspected(&inspection);
     Ok(Report {
         apatch: Some(making::figures(&model.provenance, figures)),
         seconds,

@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::input::Input;
 use isopatch::field::{Constants, Formula};
 use isopatch::io::native::Provenance;
-use isopatch::recipes::apatch::FittedMesh;
 use isopatch::recipes::spline::Fitted;
 use isopatch::report::{self, APatchReport};
 use serde::{Deserialize, Serialize};
@@ -64,16 +63,21 @@ pub fn of_formula(
 }
 
 /// What a native file says about a surface that was just made from the mesh of a file.
-pub fn of_mesh(input: &str, options: &FitOptions, fitted: &FittedMesh) -> Result<Provenance, Failure> {
+pub fn of_mesh(
+    input: &str,
+    options: &FitOptions,
+    figures: &APatchReport,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
     let making = Making {
         method: "apatch".to_owned(),
         mesh: true,
-        normals: fitted.figures.normals.clone(),
-        gradient_lengths: fitted.figures.gradient_lengths.clone(),
+        normals: figures.normals.clone(),
+        gradient_lengths: figures.gradient_lengths.clone(),
         crease_angle: options.crease_angle,
         ..Making::default()
     };
-    provenance(&making, input.to_owned(), options, fitted.surface.function().hull().data().diagonal())
+    provenance(&making, input.to_owned(), options, diagonal)
 }
 
 /// What a native file says about a spline that was just made through the vertices of a mesh file.

@@ -10,7 +10,7 @@ use isopatch::io::{Format, WriteError, gltf, gmsh, obj, off, ply, png, step, stl
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
-    tessellate_a_patches,
+    tessellate_a_patches, tessellate_hybrid,
 };
 use std::collections::HashSet;
 use std::io::Write;
@@ -114,7 +114,7 @@ pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<
 
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
-    let has_no_nets = model.a_patches().is_some();
+    let has_no_nets = model.spline().is_none();
     match file.format {
         Format::Vtk => style.cells == Some(VtkCells::Linear) || has_no_nets,
         Format::Gmsh => has_no_nets,
@@ -135,6 +135,7 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
     let of_patch = |patch| match surface.domain(patch) {
         Domain::Triangle => along * along,
         Domain::Square => 2 * across * (along - 1),
+        Domain::Polygon(corners) => usize::from(corners) * along * along,
     };
     surface.patches().map(of_patch).sum()
 }
@@ -159,10 +160,7 @@ pub fn flattened_for_picture(model: &NativeModel, along: Option<usize>) -> Resul
 /// The resolution that is asked for, or else the default.
 fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Failure> {
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.as_surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
         Fineness::Standard if model.spline().is_some() => Ok(with(TessellateOptions::default().resolution)),
@@ -185,7 +183,7 @@ pub fn intervals(
     files: &[OutputFile],
     style: &Style,
 ) -> Result<Option<[usize; 2]>, Failure> {
-    if model.a_patches().is_none() || !files.iter().any(|file| is_flat(model, file, style)) {
+    if model.spline().is_some() || !files.iter().any(|file| is_flat(model, file, style)) {
         return Ok(None);
     }
     resolution(model, style).map(|r| Some([r.along, r.across]))
@@ -198,6 +196,7 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
             tessellate(spline.as_ref(), &TessellateOptions { resolution: resolution.along })?
         }
         NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
+        NativeSurface::Hybrid(surface) => tessellate_hybrid(surface, resolution)?.mesh,
     })
 }
 
@@ -250,10 +249,7 @@ fn write_patches(
     style: &Style,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.as_surface();
     match file.format {
         Format::Step => {
             let name = file.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -1,7 +1,7 @@
 //! A report as a few lines for people.
 
 use crate::outputs::Written;
-use isopatch::report::{APatchReport, IntersectionReport, Report};
+use isopatch::report::{APatchReport, ElementCounts, IntersectionReport, Report};
 use std::fmt::Write;
 
 /// Most characters of the input that are shown.
@@ -76,6 +76,20 @@ fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
         "patches",
         format!("{} over faces, {over_edges} over edges, {} vertices", base.faces, base.vertices),
     );
+    if let Some(elements) = &apatch.elements {
+        let ElementCounts { flat, triangles, pyramids, fans, sectors, cut } = *elements;
+        let kinds = [
+            (triangles, "tetrahedra"),
+            (pyramids, "pyramids"),
+            (fans, "fans"),
+            (sectors, "in sectors"),
+            (flat, "flat"),
+        ];
+        let kinds = kinds.iter().filter(|(count, _)| *count > 0);
+        let kinds: Vec<String> = kinds.map(|(count, name)| format!("{count} {name}")).collect();
+        let cut = if cut > 0 { format!("; {cut} polygons cut into triangles") } else { String::new() };
+        lines.add("faces", format!("{}{cut}", kinds.join(", ")));
+    }
     let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "not known".to_owned());
     lines.add(
         "gradients",

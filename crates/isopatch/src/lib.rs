@@ -87,6 +87,7 @@ pub mod field;
 pub mod gallery;
 pub mod geom;
 pub mod hull;
+pub mod hybrid;
 pub mod inspect;
 pub mod io;
 pub mod mesh;

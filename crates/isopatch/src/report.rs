@@ -7,6 +7,7 @@ use crate::apatch::APatchFunction;
 pub use crate::base::Repair;
 use crate::geom::Aabb;
 use crate::hull::{Class, Side};
+use crate::hybrid::{Element, HybridFunction};
 use crate::inspect::{APatchInspection, Inspection, Intersection};
 use crate::surface::{Continuity, PatchId};
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -173,6 +174,23 @@ pub struct ClassCounts {
     pub nonconvex: usize,
 }
 
+/// How many faces have cells of each kind, see [`Element`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct ElementCounts {
+    /// Flat faces that are their own patches.
+    pub flat: usize,
+    /// A tetrahedron.
+    pub triangles: usize,
+    /// A pyramid.
+    pub pyramids: usize,
+    /// Tetrahedra between two apexes.
+    pub fans: usize,
+    /// Sectors, on one side or on both.
+    pub sectors: usize,
+    /// Polygons that were cut into triangles.
+    pub cut: usize,
+}
+
 /// What the A-patch method did.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct APatchReport {
@@ -184,6 +202,8 @@ pub struct APatchReport {
     pub faces: ClassCounts,
     /// Edges by class.
     pub edges: ClassCounts,
+    /// What stands over the faces, where polygons were kept as they are; none over triangles alone.
+    pub elements: Option<ElementCounts>,
     /// Number of cells over faces, on both sides.
     pub face_cells: usize,
     /// Number of cells over edges, on both sides.
@@ -262,6 +282,29 @@ impl APatchReport {
             corners: hull.corners().len(),
             free_raised: raised.filter(|raised| *raised).count(),
             problems,
+            ..Self::default()
+        }
+    }
+
+    /// What a function over polygons tells.
+    pub fn of_hybrid(function: &HybridFunction) -> Self {
+        let hull = function.hull();
+        let of = |element: Option<Element>| hull.faces.iter().filter(|f| f.element == element).count();
+        let elements = ElementCounts {
+            flat: of(None),
+            triangles: of(Some(Element::Triangle)),
+            pyramids: of(Some(Element::Pyramid)),
+            fans: of(Some(Element::Fan)),
+            sectors: of(Some(Element::Sectors)),
+            cut: 0,
+        };
+        let [face_cells, edge_cells] = function.cell_counts();
+        Self {
+            faces: ClassCounts::new(hull.faces.iter().map(|face| face.class)),
+            edges: ClassCounts::new(hull.edges.iter().map(|edge| edge.class)),
+            elements: Some(elements),
+            face_cells,
+            edge_cells,
             ..Self::default()
         }
     }

@@ -21,6 +21,25 @@ pub enum Domain {
     Triangle,
     /// (u, v) in the unit square.
     Square,
+    /// A polygon with this many corners, as triangles between its edges and a point c inside of it: (k + u, v) with u and v in
+    /// the unit interval is the point v c + (1 − v) ((1 − u) p_k + u p_(k+1)). All of v = 1 is c.
+    Polygon(u8),
+}
+
+impl Domain {
+    /// Parameters of a point of an edge, with the weights of its start and its end; see [`SeamSide::edge`].
+    pub fn on_edge(self, edge: u8, [start, end]: [f64; 2]) -> [f64; 2] {
+        match (self, edge) {
+            (Self::Triangle, 0) => [start, end],
+            (Self::Triangle, 1) => [0.0, start],
+            (Self::Triangle, _) => [end, 0.0],
+            (Self::Square, 0) => [end, 0.0],
+            (Self::Square, 1) => [1.0, end],
+            (Self::Square, 2) => [start, 1.0],
+            (Self::Square, _) => [0.0, start],
+            (Self::Polygon(_), k) => [f64::from(k) + end, 0.0],
+        }
+    }
 }
 
 /// A point of a patch with its derivatives.
@@ -56,7 +75,8 @@ pub struct SeamSide {
     /// The patch.
     pub patch: PatchId,
     /// Which edge of it. Of a triangle, edge k runs from corner k to corner k + 1; of a square, edge 0 is v = 0 with u rising,
-    /// edge 1 is u = 1 with v rising, edge 2 is v = 1 with u falling, edge 3 is u = 0 with v falling.
+    /// edge 1 is u = 1 with v rising, edge 2 is v = 1 with u falling, edge 3 is u = 0 with v falling. Of a polygon, edge k is
+    /// v = 0 with u rising from k to k + 1.
     pub edge: u8,
     /// Does the patch's edge run against the seam?
     pub reversed: bool,
@@ -126,7 +146,7 @@ pub trait Surface: Send + Sync {
     fn seams(&self) -> &[Seam];
 
     /// Mesh vertices at the corners of a patch: patches that share a corner have the same number there. Of a square, those at
-    /// (0, 0), (1, 0) and (1, 1).
+    /// (0, 0), (1, 0) and (1, 1); of a polygon, the first three.
     fn corners(&self, patch: PatchId) -> [u32; 3];
 
     /// A box around a patch.

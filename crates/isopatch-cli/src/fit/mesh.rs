@@ -1,4 +1,4 @@
-//! `isopatch fit` of a mesh: rational A-patches.
+//! `isopatch fit` of a mesh: rational A-patches, over triangles or over polygons.
 
 use super::{finish, free, style};
 use crate::arguments::{FitOptions, FreeValues};
@@ -7,10 +7,12 @@ use crate::making;
 use crate::outputs;
 use crate::progress::Progress;
 use isopatch::apatch::{APatchOptions, Free};
-use isopatch::inspect::{APatchInspectOptions, APatchInspection, inspect_a_patches};
+use isopatch::base::Repair;
+use isopatch::inspect::{APatchInspectOptions, APatchInspection, inspect_a_patches, inspect_hybrid};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::read_mesh;
-use isopatch::recipes::apatch::{self, APatchRecipe, FittedMesh};
+use isopatch::recipes::apatch::{APatchRecipe, FittedMesh};
+use isopatch::recipes::hybrid::{self, Fitted, FittedPolygons, HybridRecipe};
 use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
 use isopatch::surface::{Continuity, Seam, Surface};
 use std::path::Path;
@@ -24,10 +26,11 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let mesh = seconds
         .measure("read", || read_mesh(path))
         .map_err(|source| Failure::InputMesh { path: path.to_owned(), source })?;
-    let fitted = apatch::fit(&mesh, &recipe, &|stage| progress.stage(stage))
+    let fitted = hybrid::fit(&mesh, &recipe, &|stage| progress.stage(stage))
         .map_err(|source| Failure::APatch { path: path.to_owned(), source })?;
     drop(mesh);
-    seconds.append(&fitted.seconds);
+    let Made { surface, figures, repairs, diagonal, seconds: stages } = Made::from(fitted);
+    seconds.append(&stages);
 
     progress.stage("inspection");
     let inspection = seconds.measure("inspection", || {
@@ -37,12 +40,15 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
             (None, false) => APatchInspectOptions::QUICK,
             (None, true) => return None,
         };
-        Some(inspect_a_patches(&fitted.surface, &options))
+        match &surface {
+            NativeSurface::APatches(surface) => Some(inspect_a_patches(surface, &options)),
+            NativeSurface::Hybrid(surface) => Some(inspect_hybrid(surface, &options)),
+            NativeSurface::Spline(_) => None,
+        }
     });
     let input = path.display().to_string();
-    let provenance = making::of_mesh(&input, options, &fitted)?;
-    let FittedMesh { surface, figures, repairs, .. } = fitted;
-    let model = NativeModel { surface: NativeSurface::APatches(Box::new(surface)), provenance };
+    let provenance = making::of_mesh(&input, options, &figures, diagonal)?;
+    let model = NativeModel { surface, provenance };
     let resolution = outputs::intervals(&model, &options.output, &style(options))?;
     let Some(inspection) = inspection else { return write_unmeasured(&model, options, progress) };
     let mut report = Report {
@@ -55,23 +61,58 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     finish(&model, options, &mut report, progress)
 }
 
+/// A surface of A-patches, whatever it is over.
+struct Made {
+    surface: NativeSurface,
+    figures: report::APatchReport,
+    repairs: Vec<Repair>,
+    /// Of the mesh.
+    diagonal: f64,
+    seconds: Seconds,
+}
+
+impl From<Fitted> for Made {
+    fn from(fitted: Fitted) -> Self {
+        match fitted {
+            Fitted::Triangles(fitted) => {
+                let FittedMesh { surface, figures, repairs, seconds } = *fitted;
+                let diagonal = surface.function().hull().data().diagonal();
+                let surface = NativeSurface::APatches(Box::new(surface));
+                Self { surface, figures, repairs, diagonal, seconds }
+            }
+            Fitted::Polygons(fitted) => {
+                let FittedPolygons { surface, figures, repairs, seconds } = *fitted;
+                let diagonal = surface.function().hull().data.diagonal();
+                let surface = NativeSurface::Hybrid(Box::new(surface));
+                Self { surface, figures, repairs, diagonal, seconds }
+            }
+        }
+    }
+}
+
 /// Writes the files of a run that nobody wants a word about.
 fn write_unmeasured(model: &NativeModel, options: &FitOptions, progress: Progress) -> Result<(), Failure> {
     progress.stage("files");
     outputs::write_all(model, &options.output, &style(options))
 }
 
-fn recipe(options: &FitOptions) -> Result<APatchRecipe, Failure> {
+fn recipe(options: &FitOptions) -> Result<HybridRecipe, Failure> {
     let free = match &options.free {
         None => Free::Default,
         Some(FreeValues::All(value)) => Free::Global(*value),
         Some(FreeValues::File(path)) => Free::PerFace(free::read(path)?),
     };
-    Ok(APatchRecipe {
+    let triangles = APatchRecipe {
         normals: options.normals.map(Into::into),
         lengths: options.gradient_lengths.map_or_else(Default::default, Into::into),
         crease_angle: options.crease_angle.map(f64::to_radians),
         patches: APatchOptions { free, ..Default::default() },
+        ..Default::default()
+    };
+    Ok(HybridRecipe {
+        triangles,
+        polygons: options.polygons.map_or_else(Default::default, Into::into),
+        triangle_element: options.triangle_element.map_or_else(Default::default, Into::into),
         ..Default::default()
     })
 }
@@ -79,7 +120,7 @@ fn recipe(options: &FitOptions) -> Result<APatchRecipe, Failure> {
 /// What is known of a surface of A-patches, however it came to be.
 pub fn describe(input: &str, model: &NativeModel, inspection: &APatchInspection) -> Report {
     let common = &inspection.common;
-    let continuity = model.a_patches().map_or(Continuity::G0, |surface| weakest(surface));
+    let continuity = weakest(model.as_surface());
     Report {
         schema: SCHEMA,
         input: input.to_owned(),

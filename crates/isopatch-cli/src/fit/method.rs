@@ -50,21 +50,25 @@ pub fn is_spline(options: &FitOptions) -> bool {
 type Given = (&'static str, bool);
 
 /// The options that only a mesh takes.
-fn of_meshes(options: &FitOptions) -> [Given; 4] {
+fn of_meshes(options: &FitOptions) -> [Given; 6] {
     [
         ("--normals", options.normals.is_some()),
         ("--gradient-lengths", options.gradient_lengths.is_some()),
         ("--crease-angle", options.crease_angle.is_some()),
         ("--free", options.free.is_some()),
+        ("--polygons", options.polygons.is_some()),
+        ("--triangle-element", options.triangle_element.is_some()),
     ]
 }
 
 /// The options that only A-patches take.
-fn of_a_patches(options: &FitOptions) -> [Given; 3] {
+fn of_a_patches(options: &FitOptions) -> [Given; 5] {
     [
         ("--normals", options.normals.is_some()),
         ("--gradient-lengths", options.gradient_lengths.is_some()),
         ("--free", options.free.is_some()),
+        ("--polygons", options.polygons.is_some()),
+        ("--triangle-element", options.triangle_element.is_some()),
     ]
 }
 

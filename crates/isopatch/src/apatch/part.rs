@@ -10,27 +10,28 @@ use crate::hull::{Class, Side};
 use crate::mesh::{EdgeId, FaceId};
 
 /// Boxes are grown by this part of their cell, for the rounding of roots.
-const MARGIN: f64 = 1e-10;
+pub(crate) const MARGIN: f64 = 1e-10;
 
-fn hull_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Interval {
+/// The range of some values.
+pub(crate) fn hull_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Interval {
     let around = |range: Interval, x: &f64| Interval { lo: range.lo.min(*x), hi: range.hi.max(*x) };
     values.into_iter().fold(Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY }, around)
 }
 
 /// First and last place where a cubic with layers in the given ranges can become positive: the end of the ray where none does.
-fn roots(layers: [Interval; 4]) -> [f64; 2] {
+pub(crate) fn roots(layers: [Interval; 4]) -> [f64; 2] {
     let root = |layers: [f64; 4]| cubic::minimal_root(&layers).unwrap_or(1.0);
     [root(layers.map(|b| b.hi)), root(layers.map(|b| b.lo))]
 }
 
 /// The box around rays from the bases to the tops, between two parameters.
-fn around_rays(bases: &[Point3], tops: &[Point3], between: [f64; 2]) -> Aabb {
+pub(crate) fn around_rays(bases: &[Point3], tops: &[Point3], between: [f64; 2]) -> Aabb {
     let ends = |t: f64| bases.iter().flat_map(move |q| tops.iter().map(move |w| q + t * (w - q)));
     between.into_iter().flat_map(ends).fold(Aabb::EMPTY, |b, p| b.including(&p))
 }
 
 /// Layer 0 where the surface is on this side: at most zero. None where it is on the other side everywhere.
-fn on_side(class: Class, side: Side, base: Interval) -> Option<Interval> {
+pub(crate) fn on_side(class: Class, side: Side, base: Interval) -> Option<Interval> {
     let here = match class {
         Class::Zero => false,
         Class::Positive => side == Side::Outer,
@@ -42,7 +43,7 @@ fn on_side(class: Class, side: Side, base: Interval) -> Option<Interval> {
 
 impl Base {
     /// A range that holds all values over the triangle with the given barycentric corners.
-    fn range(&self, corners: &[[f64; 3]; 3]) -> Interval {
+    pub(crate) fn range(&self, corners: &[[f64; 3]; 3]) -> Interval {
         if self.split { self.split_range(corners) } else { self.rational_range(corners) }
     }
 
@@ -96,7 +97,7 @@ impl Base {
 
 impl EdgeFunction {
     /// Ranges of the layers where the weight of the end is in `along`, and that of the left apex in `across`.
-    fn ranges(&self, along: [f64; 2], across: [f64; 2]) -> [Interval; 4] {
+    pub(crate) fn ranges(&self, along: [f64; 2], across: [f64; 2]) -> [Interval; 4] {
         let base = over_interval([0.0, self.e[0], self.e[1], 0.0], along);
         let [left1, right1] = [&self.left, &self.right].map(|rim| over_interval(rim.layer1, along));
         let layer1 = across.map(|y| [0, 1, 2].map(|i| y * left1[i] + (1.0 - y) * right1[i]));

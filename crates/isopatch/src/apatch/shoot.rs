@@ -71,7 +71,7 @@ impl Ray {
 }
 
 /// The side on which the surface is, where the function has the value `f` at the base.
-pub(super) fn side_of(class: Class, f: f64) -> Side {
+pub fn side_of(class: Class, f: f64) -> Side {
     match class {
         Class::Negative => Side::Inner,
         Class::Nonconvex if f > 0.0 => Side::Inner,
@@ -80,7 +80,7 @@ pub(super) fn side_of(class: Class, f: f64) -> Side {
 }
 
 /// The root on a ray. Behind the base where a convex patch dips there; a nonconvex one has its other side for that.
-pub(super) fn root(class: Class, layers: &[f64; 4]) -> Option<f64> {
+pub fn root(class: Class, layers: &[f64; 4]) -> Option<f64> {
     if layers[0] > 0.0 && class != Class::Nonconvex {
         return cubic::root_behind(layers);
     }

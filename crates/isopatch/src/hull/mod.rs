@@ -46,7 +46,7 @@ pub(crate) mod test_meshes;
 mod tests;
 
 pub use build::build;
-pub use class::{Class, Side};
+pub use class::{Class, Side, bend};
 pub use crease::CreaseCurve;
 pub use edge::{EdgeCell, EdgeFrame};
 pub use face::{FaceFrame, Layer1, alpha, mid_edge};

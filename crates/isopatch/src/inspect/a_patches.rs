@@ -11,7 +11,7 @@ use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::hull::{Class, HermiteMesh, Side};
 use crate::mesh::{EdgeId, FaceId};
-use crate::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
+use crate::surface::{Continuity, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
 use rayon::prelude::*;
 
@@ -97,13 +97,13 @@ pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions
 }
 
 /// Patches that one task measures.
-const CHUNK: usize = 64;
+pub(super) const CHUNK: usize = 64;
 
 /// Points and normals of a patch.
 #[derive(Default)]
-struct Grid {
-    points: Points,
-    normals: Points,
+pub(super) struct Grid {
+    pub points: Points,
+    pub normals: Points,
 }
 
 impl Grid {
@@ -116,21 +116,21 @@ impl Grid {
 }
 
 /// What the samples of some patches show.
-struct Figures {
-    bounds: Aabb,
-    area: f64,
-    volume: f64,
+pub(super) struct Figures {
+    pub bounds: Aabb,
+    pub area: f64,
+    pub volume: f64,
     /// Largest distance between corner and vertex, and largest angle between the normals there.
-    position_error: f64,
-    normal_error: f64,
-    undefined: Vec<PatchId>,
-    steep: Vec<PatchId>,
-    folded: Vec<PatchId>,
+    pub position_error: f64,
+    pub normal_error: f64,
+    pub undefined: Vec<PatchId>,
+    pub steep: Vec<PatchId>,
+    pub folded: Vec<PatchId>,
 }
 
 impl Figures {
     /// Of no patch.
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         bounds: Aabb::EMPTY,
         area: 0.0,
         volume: 0.0,
@@ -142,7 +142,7 @@ impl Figures {
     };
 
     /// Of the patches of both.
-    fn and(mut self, other: Self) -> Self {
+    pub fn and(mut self, other: Self) -> Self {
         self.undefined.extend(other.undefined);
         self.steep.extend(other.steep);
         self.folded.extend(other.folded);
@@ -273,7 +273,7 @@ impl Lattice {
 }
 
 /// Figures of the triangles over a grid, volume as that of the cone from `origin`.
-fn figures(patch: PatchId, grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> Figures {
+pub(super) fn figures(patch: PatchId, grid: &Grid, triangles: &[[usize; 3]], origin: &Point3) -> Figures {
     let mut figures = Figures::NONE;
     for p in (0..grid.points.len()).map(|i| grid.points.get(i)) {
         if !p.iter().all(|c| c.is_finite()) {
@@ -303,7 +303,7 @@ const FLAT: f64 = 1e-6;
 
 /// Gaps and normal jumps of all seams, each sampled from both sides, one point after the other: only these, and not points
 /// in vector lanes, have the same bits on both sides.
-fn seams(surface: &APatchSurface, diagonal: f64, intervals: usize) -> Seams {
+pub(super) fn seams(surface: &dyn Surface, diagonal: f64, intervals: usize) -> Seams {
     let measured: Vec<Option<(f64, f64)>> = surface
         .seams()
         .par_iter()
@@ -323,18 +323,10 @@ fn seams(surface: &APatchSurface, diagonal: f64, intervals: usize) -> Seams {
 }
 
 /// Parameters of point i of a seam, in the patch of one of its sides.
-fn on_seam(surface: &APatchSurface, side: SeamSide, i: usize, intervals: usize) -> [f64; 2] {
+fn on_seam(surface: &dyn Surface, side: SeamSide, i: usize, intervals: usize) -> [f64; 2] {
     let i = if side.reversed { intervals - i } else { i };
     let (t, rest) = (i as f64 / intervals as f64, (intervals - i) as f64 / intervals as f64);
-    match (surface.domain(side.patch), side.edge) {
-        (Domain::Triangle, 0) => [rest, t],
-        (Domain::Triangle, 1) => [0.0, rest],
-        (Domain::Triangle, _) => [t, 0.0],
-        (Domain::Square, 0) => [t, 0.0],
-        (Domain::Square, 1) => [1.0, t],
-        (Domain::Square, 2) => [rest, 1.0],
-        (Domain::Square, _) => [0.0, rest],
-    }
+    surface.domain(side.patch).on_edge(side.edge, [rest, t])
 }
 
 fn intersections_of_input(data: &HermiteMesh) -> usize {

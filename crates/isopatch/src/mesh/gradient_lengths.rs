@@ -1,6 +1,6 @@
-//! Lengths of gradients from unit normals: those with which every edge can be a chord of a quadric.
+//! Lengths of gradients from unit normals: those with which every edge, and every diagonal of a polygon, can be a chord of a quadric.
 
-use super::{HalfEdgeId, HalfEdgeMesh, creases};
+use super::{FaceId, HalfEdgeId, HalfEdgeMesh, creases};
 use crate::geom::{Point3, Vec3};
 
 /// Neighbouring lengths differ by no more than this factor: edges that ask for more say that no quadric is near.
@@ -36,8 +36,7 @@ pub fn recovered(
     corner_normals: &[Vec3],
 ) -> Vec<f64> {
     let (sector, count) = sectors(mesh, sharp);
-    let chord = |h: HalfEdgeId| {
-        let ends = [h, mesh.next(h)];
+    let chord = |ends: [HalfEdgeId; 2]| {
         let [p, q] = ends.map(|h| positions[mesh.origin(h).index()]);
         let along = (q - p).try_normalize(0.0)?;
         let [at_start, at_end] = ends.map(|h| along.dot(&corner_normals[h.index()]));
@@ -51,9 +50,22 @@ pub fn recovered(
         let h = mesh.edge_half_edge(e);
         [Some(h), mesh.twin(h).filter(|_| sharp[mesh.edge(h).index()])]
     };
-    let chords: Vec<Chord> = mesh.edges().flat_map(seen_from).flatten().filter_map(chord).collect();
+    let edges = mesh.edges().flat_map(seen_from).flatten().map(|h| [h, mesh.next(h)]);
+    let chords: Vec<Chord> =
+        edges.chain(mesh.faces().flat_map(|f| diagonals(mesh, f))).filter_map(chord).collect();
     let lengths: Vec<f64> = logarithms(count, &chords).into_iter().map(f64::exp).collect();
     sector.into_iter().map(|s| lengths[s]).collect()
+}
+
+/// The shortest diagonals of a polygon, from each corner to the next but one, as half edges that start at their ends: chords as the
+/// edges are, which tell more where the edges are tangent to the surface. A triangle has none.
+fn diagonals(mesh: &HalfEdgeMesh, f: FaceId) -> impl Iterator<Item = [HalfEdgeId; 2]> + '_ {
+    let count = match mesh.face_half_edges(f).len() {
+        3 => 0,
+        4 => 2,
+        n => n,
+    };
+    mesh.face_half_edges(f).take(count).map(|h| [h, mesh.next(mesh.next(h))])
 }
 
 /// The number of the sector that each corner is in, and how many there are.

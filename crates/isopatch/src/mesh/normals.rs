@@ -1,4 +1,4 @@
-//! Unit normals at the vertices of a triangle mesh, from the positions alone.
+//! Unit normals at the vertices of a mesh, from the positions alone.
 
 use super::creases::sectors;
 use super::{FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
@@ -9,17 +9,43 @@ use std::f64::consts::{PI, TAU};
 fn weighted(mesh: &HalfEdgeMesh, positions: &[Point3], weight: impl Fn(&Vec3, &Vec3) -> f64) -> Vec<Vec3> {
     let mut sums = vec![Vec3::zeros(); mesh.vertex_count()];
     for f in mesh.faces() {
-        let corners = mesh.triangle(f);
-        let p = corners.map(|v| positions[v.index()]);
-        for k in 0..3 {
-            let (a, b) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+        for h in mesh.face_half_edges(f) {
+            let [a, b] = sides_at(mesh, positions, h);
             // A face without area has no normal to give.
-            if let Some(normal) = a.cross(&b).try_normalize(0.0) {
-                sums[corners[k].index()] += weight(&a, &b) * normal;
+            if let Some(normal) = normal_seen_at(mesh, positions, h) {
+                sums[mesh.origin(h).index()] += weight(&a, &b) * normal;
             }
         }
     }
     sums.into_iter().map(|sum| sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect()
+}
+
+/// The two edges of a face at the corner where a half edge starts, both from that corner.
+fn sides_at(mesh: &HalfEdgeMesh, positions: &[Point3], h: HalfEdgeId) -> [Vec3; 2] {
+    let at = |v: VertexId| positions[v.index()];
+    let p = at(mesh.origin(h));
+    [at(mesh.dest(h)) - p, at(mesh.origin(mesh.prev(h))) - p]
+}
+
+/// Unit normal of the face at a corner: of a triangle from the edges that meet there, of a larger polygon its mean normal. None
+/// without an area.
+fn normal_seen_at(mesh: &HalfEdgeMesh, positions: &[Point3], h: HalfEdgeId) -> Option<Vec3> {
+    let f = mesh.face(h);
+    if mesh.face_half_edges(f).len() > 3 {
+        return area_vector(mesh, positions, f).try_normalize(0.0);
+    }
+    let [a, b] = sides_at(mesh, positions, h);
+    a.cross(&b).try_normalize(0.0)
+}
+
+/// Area of a face times its mean unit normal: half the sum of p_k × p_k+1 (Newell). It does not depend on the choice of a centre
+/// when the polygon is not planar.
+pub fn area_vector(mesh: &HalfEdgeMesh, positions: &[Point3], f: FaceId) -> Vec3 {
+    let mut corners = mesh.face_vertices(f).map(|v| positions[v.index()]);
+    // Relative to the first corner, so that a face far from the origin loses nothing.
+    let Some(first) = corners.next() else { return Vec3::zeros() };
+    let spokes: Vec<Vec3> = corners.map(|p| p - first).collect();
+    0.5 * spokes.windows(2).map(|pair| pair[0].cross(&pair[1])).sum::<Vec3>()
 }
 
 /// Mean of the normals of the faces around each vertex, weighted by their angles there; zero where that vanishes.
@@ -173,11 +199,10 @@ fn of_sector(
         NormalRule::LoopLimit | NormalRule::AngleWeighted => angle_between,
     };
     let ring = ring_points(mesh, positions, sector, true);
-    let of_face = |pair: &[Vec3]| {
-        let normal = pair[0].cross(&pair[1]).try_normalize(0.0)?;
-        Some(weight(&pair[0], &pair[1]) * normal)
+    let of_face = |(h, pair): (&HalfEdgeId, &[Vec3])| {
+        Some(weight(&pair[0], &pair[1]) * normal_seen_at(mesh, positions, *h)?)
     };
-    let sum: Vec3 = ring.windows(2).filter_map(of_face).sum();
+    let sum: Vec3 = sector.iter().zip(ring.windows(2)).filter_map(of_face).sum();
     let outward = sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
     if rule != NormalRule::LoopLimit || sector.len() == 1 {
         return outward;
@@ -203,10 +228,9 @@ pub fn of_faces(mesh: &HalfEdgeMesh, positions: &[Point3]) -> Vec<Vec3> {
     mesh.faces().map(|f| of_face(mesh, positions, f)).collect()
 }
 
-/// Unit normal of a face; zero if it has no area.
+/// Unit normal of a face, of a polygon its mean normal; zero if it has no area.
 pub fn of_face(mesh: &HalfEdgeMesh, positions: &[Point3], f: FaceId) -> Vec3 {
-    let [a, b, c] = mesh.triangle(f).map(|v| positions[v.index()]);
-    (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+    (2.0 * area_vector(mesh, positions, f)).try_normalize(0.0).unwrap_or_else(Vec3::zeros)
 }
 
 #[cfg(test)]
@@ -245,6 +269,27 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn polygons_count_as_the_triangles_they_could_be_cut_into() {
+        // A cube of quads, with the origin inside: all normals are along the diagonals.
+        let signs = |k: u32| f64::from(2 * (k & 1)) - 1.0;
+        let positions: Vec<Point3> =
+            (0..8u32).map(|v| Point3::new(signs(v), signs(v >> 1), signs(v >> 2))).collect();
+        let faces: [[u32; 4]; 6] =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let mesh = HalfEdgeMesh::from_faces(8, &faces).unwrap();
+        for normals in [angle_weighted, area_weighted, sphere_exact] {
+            for (n, p) in normals(&mesh, &positions).iter().zip(&positions) {
+                assert!((n - p.normalize()).norm() < 1e-15);
+            }
+        }
+        assert_eq!(area_vector(&mesh, &positions, FaceId(0)), Vec3::new(0.0, 0.0, -4.0));
+        // Of a polygon that is not planar, the mean normal.
+        let bent = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]].map(Point3::from);
+        let quad = HalfEdgeMesh::from_faces(4, &[[0, 1, 2, 3]]).unwrap();
+        assert_eq!(of_face(&quad, &bent, FaceId(0)), Vec3::z());
     }
 
     #[test]

@@ -1,3 +1,4 @@
 //! Small numerical tools that the methods share.
 
+pub mod least_distance;
 pub mod quadrature;

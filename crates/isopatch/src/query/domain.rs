@@ -6,15 +6,29 @@ use crate::surface::Domain;
 pub(super) type Uv = [f64; 2];
 
 /// Corners of a domain, counter-clockwise.
-pub(super) fn corners(domain: Domain) -> &'static [Uv] {
+pub(super) fn corners(domain: Domain) -> Vec<Uv> {
+    let rectangle = |width: f64| vec![[0.0, 0.0], [width, 0.0], [width, 1.0], [0.0, 1.0]];
     match domain {
-        Domain::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-        Domain::Square => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        Domain::Triangle => vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        Domain::Square => rectangle(1.0),
+        Domain::Polygon(n) => rectangle(f64::from(n)),
     }
 }
 
-/// The domain as triangles.
+/// Largest values of both parameters.
+pub(super) fn extent(domain: Domain) -> Uv {
+    match domain {
+        Domain::Triangle | Domain::Square => [1.0; 2],
+        Domain::Polygon(n) => [f64::from(n), 1.0],
+    }
+}
+
+/// The domain as triangles, on each of which the patch is smooth.
 pub(super) fn halves(domain: Domain) -> Vec<[Uv; 3]> {
+    if let Domain::Polygon(n) = domain {
+        let squares = (0..n).map(f64::from).map(|k| [[k, 0.0], [k + 1.0, 0.0], [k + 1.0, 1.0], [k, 1.0]]);
+        return squares.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    }
     let c = corners(domain);
     (1..c.len() - 1).map(|i| [c[0], c[i], c[i + 1]]).collect()
 }
@@ -42,10 +56,10 @@ pub(super) fn contains(polygon: &[Uv], p: Uv, slack: f64) -> bool {
 
 /// A point of the domain near one that may be outside.
 pub(super) fn clamped(domain: Domain, [u, v]: Uv) -> Uv {
-    let u = u.clamp(0.0, 1.0);
+    let u = u.clamp(0.0, extent(domain)[0]);
     match domain {
         Domain::Triangle => [u, v.clamp(0.0, 1.0 - u)],
-        Domain::Square => [u, v.clamp(0.0, 1.0)],
+        Domain::Square | Domain::Polygon(_) => [u, v.clamp(0.0, 1.0)],
     }
 }
 
@@ -63,7 +77,7 @@ impl Quadratic {
         let determinant = h0 * h2 - h1 * h1;
         let newton = [(h1 * g1 - h2 * g0) / determinant, (h1 * g0 - h0 * g1) / determinant];
         let polygon = corners(domain);
-        if contains(polygon, [from[0] + newton[0], from[1] + newton[1]], 0.0) {
+        if contains(&polygon, [from[0] + newton[0], from[1] + newton[1]], 0.0) {
             return newton;
         }
         // The lowest point is on the boundary.
@@ -107,10 +121,10 @@ mod tests {
             let h = [a * a + b * b + 0.01, b * c, c * c + b * b + 0.01];
             let model = Quadratic { g: [noise(3.0), noise(4.0)], h };
             let value = |x: [f64; 2]| dot(model.g, x) + 0.5 * dot(model.times(x), x);
-            for domain in [Domain::Triangle, Domain::Square] {
+            for domain in [Domain::Triangle, Domain::Square, Domain::Polygon(5)] {
                 let from = [0.3, 0.4];
                 let x = model.lowest(domain, from);
-                assert!(contains(corners(domain), [from[0] + x[0], from[1] + x[1]], 1e-15));
+                assert!(contains(&corners(domain), [from[0] + x[0], from[1] + x[1]], 1e-15));
                 for [u, v, _] in crate::bernstein::triangle::lattice(9) {
                     assert!(value(x) <= value([u - from[0], v - from[1]]) + 1e-15);
                 }

@@ -134,11 +134,12 @@ impl SurfaceQuery<'_> {
     fn turn(&self, patch: PatchId, uv: Uv, at: &Sample, p: &Point3) -> Option<(Uv, Sample)> {
         let squares = [at.du.norm_squared(), at.dv.norm_squared()];
         let fixed = (0..2).find(|c| squares[1 - c] <= VANISHING * squares[*c])?;
-        let polygon = domain::corners(self.surface.domain(patch));
+        let domain = self.surface.domain(patch);
+        let polygon = domain::corners(domain);
         let along = (0..=TURNS).map(|n| {
             let mut next = uv;
-            next[1 - fixed] = f64::from(n) / f64::from(TURNS);
-            domain::clamped(self.surface.domain(patch), next)
+            next[1 - fixed] = f64::from(n) / f64::from(TURNS) * domain::extent(domain)[1 - fixed];
+            domain::clamped(domain, next)
         });
         let candidates = along.filter(|next| next[fixed] == uv[fixed]).map(|next| {
             let sample = self.surface.sample(patch, next);
@@ -147,7 +148,7 @@ impl SurfaceQuery<'_> {
             let may_go = |sense: f64| {
                 let mut beyond = next;
                 beyond[fixed] += sense * DIFFERENCE;
-                domain::contains(polygon, beyond, 0.0)
+                domain::contains(&polygon, beyond, 0.0)
             };
             let fall = if may_go(-slope.signum()) { slope.abs() } else { 0.0 };
             (fall, next, sample)
@@ -163,7 +164,7 @@ impl SurfaceQuery<'_> {
         let g = [r.dot(&du), r.dot(&dv)];
         // Differences are taken into the domain.
         let polygon = domain::corners(self.surface.domain(patch));
-        let inward = |next: Uv| if domain::contains(polygon, next, 0.0) { DIFFERENCE } else { -DIFFERENCE };
+        let inward = |next: Uv| if domain::contains(&polygon, next, 0.0) { DIFFERENCE } else { -DIFFERENCE };
         let (hu, hv) = (inward([u + DIFFERENCE, v]), inward([u, v + DIFFERENCE]));
         let (along_u, along_v) =
             (self.surface.sample(patch, [u + hu, v]), self.surface.sample(patch, [u, v + hv]));

@@ -8,11 +8,11 @@
 use super::triangulated::{Sources, Triangulated, TriangulationError, word};
 use crate::apatch::{self, APatchFunction, APatchOptions, APatchSurface, Free};
 use crate::base::Repair;
-use crate::geom::Vec3;
+use crate::geom::{Point3, Vec3};
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    Place, PrepareOptions, creases, gradient_lengths,
+    HalfEdgeMesh, Place, PrepareOptions, creases, gradient_lengths,
     normals::{self, NormalRule},
 };
 use crate::report::{APatchReport, Seconds};
@@ -135,7 +135,10 @@ pub fn fit(
     let base = seconds.measure("mesh", || Triangulated::new(mesh, &recipe.prepare))?;
     progress("normals");
     let sharp = sharp_edges(&base, recipe);
-    let (gradients, turned) = seconds.measure("normals", || gradients(mesh, &base, &sharp, recipe))?;
+    let (gradients, turned) = seconds.measure("normals", || {
+        let ground = Ground { mesh: &base.mesh, positions: &base.positions, sources: &base.sources };
+        gradients(mesh, &ground, &sharp, recipe, NormalSource::Loop)
+    })?;
     progress("hull");
     let Triangulated { mesh: triangles, positions, sources, mut repairs } = base;
     let data = HermiteMesh::with_creases(triangles, positions, gradients, sharp)
@@ -149,7 +152,7 @@ pub fn fit(
     repairs.extend(turned);
     repairs.extend(problems(&function, &sources));
     let figures = APatchReport {
-        normals: Some(source(mesh, recipe).name().to_owned()),
+        normals: Some(source(mesh, recipe, NormalSource::Loop).name().to_owned()),
         gradient_lengths: Some(recipe.lengths.name().to_owned()),
         ..APatchReport::new(&function)
     };
@@ -165,10 +168,17 @@ fn check_free(mesh: &PolygonMesh, free: &Free) -> Result<(), APatchError> {
     }
 }
 
-/// The source of normals that is asked for, or else the default.
-fn source(mesh: &PolygonMesh, recipe: &APatchRecipe) -> NormalSource {
-    let default = if mesh.normals.is_some() { NormalSource::File } else { NormalSource::Loop };
+/// The source of normals that is asked for, or else that of the file, or else `computed`.
+pub(super) fn source(mesh: &PolygonMesh, recipe: &APatchRecipe, computed: NormalSource) -> NormalSource {
+    let default = if mesh.normals.is_some() { NormalSource::File } else { computed };
     recipe.normals.unwrap_or(default)
+}
+
+/// A repaired mesh that gradients are made for, whatever its faces.
+pub(super) struct Ground<'a> {
+    pub mesh: &'a HalfEdgeMesh,
+    pub positions: &'a [Point3],
+    pub sources: &'a Sources,
 }
 
 /// Which edges are creases.
@@ -179,16 +189,18 @@ fn sharp_edges(base: &Triangulated, recipe: &APatchRecipe) -> Vec<bool> {
     }
 }
 
-/// The gradient at every corner, and which normals of the file were changed.
-fn gradients(
+/// The gradient at every corner, and which normals of the file were changed. Without a file's normals and a choice, normals are
+/// as in `default`.
+pub(super) fn gradients(
     given: &PolygonMesh,
-    base: &Triangulated,
+    base: &Ground<'_>,
     sharp: &[bool],
     recipe: &APatchRecipe,
+    default: NormalSource,
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
-    let (mesh, positions) = (&base.mesh, &base.positions[..]);
+    let (mesh, positions) = (base.mesh, base.positions);
     let computed = |rule| (normals::at_corners(mesh, positions, sharp, rule), Vec::new());
-    let (vectors, repairs) = match source(given, recipe) {
+    let (vectors, repairs) = match source(given, recipe, default) {
         NormalSource::File => of_file(given, base, sharp)?,
         NormalSource::Loop => computed(NormalRule::LoopLimit),
         NormalSource::Angle => computed(NormalRule::AngleWeighted),
@@ -212,11 +224,11 @@ fn gradients(
 /// are needed because sharp edges meet, the Loop limit.
 fn of_file(
     given: &PolygonMesh,
-    base: &Triangulated,
+    base: &Ground<'_>,
     sharp: &[bool],
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
     let filed = given.normals.as_ref().ok_or(APatchError::NoNormals)?;
-    let (mesh, positions) = (&base.mesh, &base.positions[..]);
+    let (mesh, positions) = (base.mesh, base.positions);
     let outward = normals::angle_weighted(mesh, positions);
     let limit = normals::at_corners(mesh, positions, sharp, NormalRule::LoopLimit);
     let mut vectors = limit.clone();
@@ -281,7 +293,7 @@ fn problems(function: &APatchFunction, sources: &Sources) -> Vec<Repair> {
     changes.chain(left).collect()
 }
 
-fn in_numbers_of_the_input(error: HermiteError, sources: &Sources) -> HermiteError {
+pub(super) fn in_numbers_of_the_input(error: HermiteError, sources: &Sources) -> HermiteError {
     let (v, f) = (|v: u32| sources.vertex[v as usize], |f: u32| sources.face[f as usize]);
     match error {
         HermiteError::NotATriangle { face } => HermiteError::NotATriangle { face: f(face) },

@@ -6,13 +6,15 @@
 //! [`paper_spline`] is the same paper to the letter, for comparison: what the printed choices do and break.
 //!
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
-//! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
+//! [`hybrid`] is Xu, Bajaj & Evans: the same for a mesh of polygons, which stay as they are.
+//! [`mesh_spline`] is the spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 pub mod apatch;
 mod differentiable;
 mod finish;
+pub mod hybrid;
 mod least;
 pub mod mesh_spline;
 pub mod paper_spline;

@@ -4,7 +4,7 @@ use crate::base::Repair;
 use crate::geom::Point3;
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, Place, PrepareOptions, Prepared,
+    self, EdgeId, FaceId, HalfEdgeMesh, MeshError, MeshFault, MeshRepair, Place, PrepareOptions, Prepared,
     TooManyCorners, Triangles, VertexId, place_names,
 };
 
@@ -31,6 +31,7 @@ pub(super) struct Triangulated {
 }
 
 /// Numbers in the mesh as it is given.
+#[derive(Clone)]
 pub(super) struct Sources {
     /// Of each vertex.
     pub vertex: Vec<u32>,
@@ -49,15 +50,60 @@ impl Triangulated {
             |error: TooManyCorners| TooManyCorners { face: face_source[error.face as usize], ..error };
         let Triangles { faces, source } = mesh::triangulate(&positions, &faces).map_err(in_input)?;
         let mesh = HalfEdgeMesh::from_faces(positions.len(), &faces)?;
-        let mut repairs: Vec<Repair> = repairs
-            .iter()
-            .map(|r| Repair { what: r.what(), place: r.place(), why: r.kind.why().to_owned() })
-            .collect();
+        let mut repairs: Vec<Repair> = repairs.iter().map(told).collect();
         repairs.extend(word("polygons cut into triangles", &polygons, "patches are over triangles"));
         let face = source.into_iter().map(|f: FaceId| face_source[f.index()]).collect();
         let sources = Sources { vertex: vertex_source, face };
         Ok(Self { mesh, positions, sources, repairs })
     }
+}
+
+/// A mesh as its file has it, repaired, before and after some of its polygons are cut.
+pub(super) struct Repaired {
+    pub positions: Vec<Point3>,
+    pub faces: Vec<Vec<u32>>,
+    pub sources: Sources,
+    pub repairs: Vec<Repair>,
+}
+
+impl Repaired {
+    /// Repairs the mesh and keeps its polygons.
+    pub fn new(given: &PolygonMesh, options: &PrepareOptions) -> Result<Self, TriangulationError> {
+        let Prepared { positions, faces, vertex_source, face_source, repairs, .. } =
+            mesh::prepare(&given.positions, &given.faces, options)?;
+        let repairs = repairs.iter().map(told).collect();
+        Ok(Self { positions, faces, sources: Sources { vertex: vertex_source, face: face_source }, repairs })
+    }
+
+    /// Cuts some faces into triangles. Those that are triangles stay.
+    pub fn cut(&mut self, chosen: &[bool]) -> Result<(), TriangulationError> {
+        let mut faces = Vec::with_capacity(self.faces.len());
+        let mut sources = Vec::with_capacity(self.faces.len());
+        for (f, corners) in std::mem::take(&mut self.faces).into_iter().enumerate() {
+            let source = self.sources.face[f];
+            let pieces: Vec<Vec<u32>> = if chosen[f] && corners.len() > 3 {
+                let named = |error: TooManyCorners| TooManyCorners { face: source, ..error };
+                let cut = mesh::triangulate(&self.positions, &[&corners]).map_err(named)?;
+                cut.faces.iter().map(|t| t.to_vec()).collect()
+            } else {
+                vec![corners]
+            };
+            sources.resize(faces.len() + pieces.len(), source);
+            faces.extend(pieces);
+        }
+        self.faces = faces;
+        self.sources.face = sources;
+        Ok(())
+    }
+
+    /// The connectivity.
+    pub fn mesh(&self) -> Result<HalfEdgeMesh, MeshError> {
+        HalfEdgeMesh::from_faces(self.positions.len(), &self.faces)
+    }
+}
+
+fn told(r: &MeshRepair) -> Repair {
+    Repair { what: r.what(), place: r.place(), why: r.kind.why().to_owned() }
 }
 
 impl Sources {

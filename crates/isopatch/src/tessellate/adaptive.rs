@@ -137,27 +137,48 @@ fn chords(surface: &dyn Surface, patch: PatchId, n: usize, m: usize) -> Chords {
                 }
             }
         }
-        Domain::Square => {
-            let uv = |i: f64, j: f64| [i / n as f64, j / m as f64];
-            let points: Vec<Point3> =
-                (0..=n).flat_map(|i| (0..=m).map(move |j| point(uv(i as f64, j as f64)))).collect();
-            let at = |i: usize, j: usize| points[i * (m + 1) + j];
-            for i in 0..=n {
-                for j in 0..=m {
-                    let (x, y) = (i as f64, j as f64);
-                    if i < n {
-                        let error = height([at(i, j), at(i + 1, j)], uv(x + 0.5, y));
-                        found.along = found.along.max(error);
-                    }
-                    if j < m {
-                        let error = height([at(i, j), at(i, j + 1)], uv(x, y + 0.5));
-                        found.across = found.across.max(error);
-                    }
-                    if i < n && j < m {
-                        let error = height([at(i, j), at(i + 1, j + 1)], uv(x + 0.5, y + 0.5));
-                        found.diagonal = found.diagonal.max(error);
-                    }
-                }
+        // The patch over an edge shrinks to a point at u = 0; others are as long as they are wide.
+        Domain::Square if point([0.0, 0.0]) == point([0.0, 1.0]) => {
+            found = chords_of_grid([0.0, 1.0], n, m, &point, &height);
+        }
+        Domain::Square => found.along = chords_of_grid([0.0, 1.0], n, n, &point, &height).largest(),
+        Domain::Polygon(count) => {
+            for k in (0..count).map(f64::from) {
+                let of_sector = chords_of_grid([k, k + 1.0], n, n, &point, &height).largest();
+                found.along = found.along.max(of_sector);
+            }
+        }
+    }
+    found
+}
+
+/// Chord errors of a grid over a rectangle, with u between the two bounds.
+fn chords_of_grid(
+    [low, high]: [f64; 2],
+    n: usize,
+    m: usize,
+    point: &dyn Fn([f64; 2]) -> Point3,
+    height: &dyn Fn([Point3; 2], [f64; 2]) -> f64,
+) -> Chords {
+    let mut found = Chords::default();
+    let uv = |i: f64, j: f64| [low + (high - low) * i / n as f64, j / m as f64];
+    let points: Vec<Point3> =
+        (0..=n).flat_map(|i| (0..=m).map(move |j| point(uv(i as f64, j as f64)))).collect();
+    let at = |i: usize, j: usize| points[i * (m + 1) + j];
+    for i in 0..=n {
+        for j in 0..=m {
+            let (x, y) = (i as f64, j as f64);
+            if i < n {
+                let error = height([at(i, j), at(i + 1, j)], uv(x + 0.5, y));
+                found.along = found.along.max(error);
+            }
+            if j < m {
+                let error = height([at(i, j), at(i, j + 1)], uv(x, y + 0.5));
+                found.across = found.across.max(error);
+            }
+            if i < n && j < m {
+                let error = height([at(i, j), at(i + 1, j + 1)], uv(x + 0.5, y + 0.5));
+                found.diagonal = found.diagonal.max(error);
             }
         }
     }

@@ -2,9 +2,11 @@
 #![allow(dead_code, reason = "each test program uses a part")]
 #![allow(clippy::unwrap_used, clippy::panic)] // These are tests.
 
+pub mod bodies;
 pub mod flat_mesh;
 pub mod golden;
 pub mod meshes;
+pub mod polyhedra;
 pub mod python;
 pub mod step;
 

@@ -1,7 +1,8 @@
 use super::GridOut;
 use crate::apatch::build::APatchFunction;
-use crate::apatch::edge::Rim;
+use crate::apatch::edge::{EdgeFunction, Rim};
 use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, pick, product, quadratic, root, to_gradient};
+use crate::geom::Point3;
 use crate::hull::{Class, Side};
 use crate::mesh::EdgeId;
 
@@ -34,13 +35,45 @@ impl EdgeTable {
     /// # Panics
     /// If the slices of `out` are shorter than the table.
     pub fn evaluate(&self, function: &APatchFunction, e: EdgeId, out: &mut GridOut<'_>) {
-        let patch = EdgePatch::new(function, e, out.normals.is_some());
-        if !lanes::shoot(&patch, &self.chunks, self.len(), out) {
+        if !self.evaluate_cells(&EdgeCells::of(function, e), out) {
             out.complete(self.len(), |i| {
                 let [x, z, y] = self.points[i];
                 function.shoot_edge(e, [x, z], y)
             });
         }
+    }
+
+    /// The same over an edge that is given by its cells. Points that take more than the lanes do are left NaN; says whether there
+    /// are none.
+    ///
+    /// # Panics
+    /// If the slices of `out` are shorter than the table.
+    pub fn evaluate_cells(&self, cells: &EdgeCells, out: &mut GridOut<'_>) -> bool {
+        lanes::shoot(&EdgePatch::new(cells, out.normals.is_some()), &self.chunks, self.len(), out)
+    }
+}
+
+/// The cells of an edge with the function in them.
+#[derive(Clone, Debug)]
+pub struct EdgeCells {
+    /// How the surface bends over the edge.
+    pub class: Class,
+    /// Its start and its end.
+    pub ends: [Point3; 2],
+    /// On the outer and the inner side, the apexes of the right and the left face, and the function.
+    pub sides: [Option<([Point3; 2], EdgeFunction)>; 2],
+}
+
+impl EdgeCells {
+    fn of(function: &APatchFunction, e: EdgeId) -> Self {
+        let hull = function.hull();
+        let (mesh, h) = (hull.data().mesh(), hull.data().mesh().edge_half_edge(e));
+        let sides = Side::BOTH.map(|side| {
+            let [u_l, _, _, u_k] = function.edge_cell(e, side)?;
+            Some(([u_l, u_k], function.edge_function(e, side)?))
+        });
+        let ends = [mesh.origin(h), mesh.dest(h)].map(|v| hull.data().positions()[v.index()]);
+        Self { class: hull.edges()[e.index()].class, ends, sides }
     }
 }
 
@@ -138,27 +171,24 @@ fn along(c: &[f64; 2], x: f64, z: f64) -> f64 {
 }
 
 impl EdgePatch {
-    fn new(function: &APatchFunction, e: EdgeId, normals: bool) -> Self {
-        let hull = function.hull();
-        let (mesh, h) = (hull.data().mesh(), hull.data().mesh().edge_half_edge(e));
+    fn new(edge: &EdgeCells, normals: bool) -> Self {
+        let [p_i, p_j] = edge.ends;
         let mut layer0 = [0.0; 2];
         let sides = Side::BOTH.map(|side| {
-            let corners = function.edge_cell(e, side)?;
-            let cell = function.edge_function(e, side)?;
+            let ([u_l, u_k], cell) = edge.sides[side.index()].as_ref()?;
             layer0 = cell.e.map(|e| side.sign() * e);
             Some(EdgeRay {
                 sign: [side.sign()],
-                apexes: [corners[0].into(), corners[3].into()],
+                apexes: [(*u_l).into(), (*u_k).into()],
                 left: RimRow::new(&cell.left),
                 right: RimRow::new(&cell.right),
                 b: cell.b,
                 a: cell.a,
                 far: cell.far,
-                to_gradient: if normals { to_gradient(side, &corners) } else { [0.0; 9] },
+                to_gradient: if normals { to_gradient(side, &[*u_l, p_i, p_j, *u_k]) } else { [0.0; 9] },
             })
         });
-        let ends = [mesh.origin(h), mesh.dest(h)].map(|v| hull.data().positions()[v.index()].into());
-        Self { class: hull.edges()[e.index()].class, ends, e: layer0, sides }
+        Self { class: edge.class, ends: edge.ends.map(Into::into), e: layer0, sides }
     }
 }
 

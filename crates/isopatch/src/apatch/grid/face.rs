@@ -1,7 +1,9 @@
 use super::GridOut;
 use crate::apatch::base::{Base, Terms};
 use crate::apatch::build::APatchFunction;
+use crate::apatch::face::FaceFunction;
 use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, dot, pick, product, quadratic, root, to_gradient};
+use crate::geom::Point3;
 use crate::hull::{Class, Side};
 use crate::mesh::FaceId;
 
@@ -11,6 +13,21 @@ pub struct FaceTable {
     points: Vec<[f64; 3]>,
     /// For rational and for split faces.
     chunks: [Vec<FaceChunk>; 2],
+}
+
+/// The cells of a face with the function in them.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceCells<'a> {
+    /// How the surface bends over the face; not zero convex.
+    pub class: Class,
+    /// Its corners.
+    pub corners: [Point3; 3],
+    /// The outer and the inner apex.
+    pub apexes: [Option<Point3>; 2],
+    /// The function.
+    pub function: &'a FaceFunction,
+    /// Its values at the apexes.
+    pub free: [f64; 2],
 }
 
 /// Factors for a lane of points: of the nine data of the base, and in its derivatives.
@@ -47,11 +64,19 @@ impl FaceTable {
         if function.hull().faces()[f.index()].class == Class::Zero {
             return self.evaluate_flat(function, f, out);
         }
-        let patch = FacePatch::new(function, f, out.normals.is_some());
-        let chunks = &self.chunks[usize::from(function.faces()[f.index()].base.split)];
-        if !lanes::shoot(&patch, chunks, self.len(), out) {
+        if !self.evaluate_cells(&FaceCells::of(function, f), out) {
             out.complete(self.len(), |i| function.shoot_face(f, self.points[i]));
         }
+    }
+
+    /// The same over a face that is given by its cells. Points that take more than the lanes do are left NaN; says whether there
+    /// are none.
+    ///
+    /// # Panics
+    /// If the slices of `out` are shorter than the table.
+    pub fn evaluate_cells(&self, cells: &FaceCells<'_>, out: &mut GridOut<'_>) -> bool {
+        let patch = FacePatch::new(cells, out.normals.is_some());
+        lanes::shoot(&patch, &self.chunks[usize::from(cells.function.base.split)], self.len(), out)
     }
 
     /// A zero convex face is its own patch.
@@ -97,14 +122,26 @@ struct FaceRay {
     to_gradient: [f64; 9],
 }
 
+impl<'a> FaceCells<'a> {
+    fn of(function: &'a APatchFunction, f: FaceId) -> Self {
+        let face = &function.hull().faces()[f.index()];
+        Self {
+            class: face.class,
+            corners: function.hull().data().corners(f),
+            apexes: face.apexes,
+            function: &function.faces()[f.index()],
+            free: function.free()[f.index()],
+        }
+    }
+}
+
 impl FacePatch {
-    fn new(function: &APatchFunction, f: FaceId, normals: bool) -> Self {
-        let (hull, face) = (function.hull(), &function.faces()[f.index()]);
-        let corners = hull.data().corners(f);
+    fn new(cells: &FaceCells<'_>, normals: bool) -> Self {
+        let FaceCells { class, corners, apexes, function: face, free } = *cells;
         let sides = Side::BOTH.map(|side| {
             let cell = face.sides[side.index()].as_ref()?;
-            let apex = hull.faces()[f.index()].apexes[side.index()]?;
-            let b = function.free()[f.index()][side.index()];
+            let apex = apexes[side.index()]?;
+            let b = free[side.index()];
             let [p, q, r] = corners;
             Some(FaceRay {
                 sign: [side.sign()],
@@ -116,7 +153,6 @@ impl FacePatch {
                 to_gradient: if normals { to_gradient(side, &[p, q, r, apex]) } else { [0.0; 9] },
             })
         });
-        let class = hull.faces()[f.index()].class;
         Self { corners: corners.map(Into::into), data: face.base.data(), class, sides }
     }
 }
@@ -227,7 +263,7 @@ mod tests {
             let function = build(hull::build(data, &HullOptions::default()), &APatchOptions::default());
             let table = FaceTable::new(&triangle::lattice(7));
             for f in function.hull().data().mesh().faces() {
-                let patch = FacePatch::new(&function, f, true);
+                let patch = FacePatch::new(&FaceCells::of(&function, f), true);
                 let chunks = &table.chunks[usize::from(function.faces()[f.index()].base.split)];
                 let [narrow, wide] = [Arch::Scalar, Arch::new()].map(|vectors| {
                     let mut found = [Points::zeros(table.len()), Points::zeros(table.len())];

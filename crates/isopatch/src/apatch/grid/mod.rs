@@ -4,8 +4,8 @@
 mod edge;
 mod face;
 
-pub use edge::EdgeTable;
-pub use face::FaceTable;
+pub use edge::{EdgeCells, EdgeTable};
+pub use face::{FaceCells, FaceTable};
 
 use super::lanes::{LANES, Lane};
 use super::shoot::Shot;
@@ -48,7 +48,7 @@ impl GridOut<'_> {
     }
 
     /// One point and its normal.
-    fn set(&mut self, at: usize, point: Vec3, normal: Vec3) {
+    pub fn set(&mut self, at: usize, point: Vec3, normal: Vec3) {
         let set = |out: &mut PointsMut<'_>, v: Vec3| (out.x[at], out.y[at], out.z[at]) = (v.x, v.y, v.z);
         set(&mut self.points, point);
         if let Some(out) = &mut self.normals {
@@ -57,7 +57,7 @@ impl GridOut<'_> {
     }
 
     /// Asks for the points among the first `count` that the lanes have left NaN; they stay so if there is none.
-    fn complete(&mut self, count: usize, shoot: impl Fn(usize) -> Option<Shot>) {
+    pub fn complete(&mut self, count: usize, shoot: impl Fn(usize) -> Option<Shot>) {
         let missing = |x: &[f64], at: usize| (at..count).find(|i| x[*i].is_nan());
         let mut next = missing(self.points.x, 0);
         while let Some(at) = next {

@@ -7,7 +7,7 @@ pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
 /// Version whose change only adds: sections, which old readers skip or miss, and codes, which they refuse by name.
-pub const MINOR: u16 = 3;
+pub const MINOR: u16 = 4;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.
@@ -57,8 +57,14 @@ pub const EDGE_CELLS: Tag = Tag(*b"AECL");
 pub const FREE: Tag = Tag(*b"AFRE");
 pub const NOTES: Tag = Tag(*b"ANOT");
 
+// Sections of hybrid A-patches, besides positions, gradients and creases.
+pub const POLYGONS: Tag = Tag(*b"HFAC");
+pub const MIDDLES: Tag = Tag(*b"HMID");
+pub const ELEMENTS: Tag = Tag(*b"HELM");
+pub const LINES: Tag = Tag(*b"HLIN");
+
 /// Every section that this version knows.
-pub const KNOWN: [Tag; 18] = [
+pub const KNOWN: [Tag; 22] = [
     META,
     FACES,
     VERTICES,
@@ -77,6 +83,10 @@ pub const KNOWN: [Tag; 18] = [
     EDGE_CELLS,
     FREE,
     NOTES,
+    POLYGONS,
+    MIDDLES,
+    ELEMENTS,
+    LINES,
 ];
 
 /// Numbers of a face: direction and heights of its rays.
@@ -89,6 +99,11 @@ pub const FACE_CELL_NUMBERS: usize = 3 + 3 + 3 + 3;
 pub const EDGE_CELL_NUMBERS: usize = 4 + 4 + 1 + 2 + 2 + 2;
 /// Numbers of a face: default, bound and value of the free parameter, on both sides.
 pub const FREE_NUMBERS: usize = 6;
+/// Bytes of a face of polygons: class, element, apexes, values at them.
+pub const ELEMENT_BYTES: usize = 4;
+/// Numbers of such a face: centre, direction of the line, on each side apex, value and gradient, and the quadric: its
+/// coefficients, centre and scale.
+pub const LINE_NUMBERS: usize = 3 + 3 + 2 * (3 + 4) + 10 + 3 + 1;
 /// Bytes of a note: what, why, two of padding, number of the element.
 pub const NOTE: usize = 8;
 /// The reason of a note without one.

@@ -3,16 +3,21 @@
 mod layout;
 mod read;
 mod read_a_patches;
+mod read_hybrid;
 mod write;
 mod write_a_patches;
+mod write_hybrid;
 
 pub use read::{NativeError, read_native};
 pub use write::write_native;
 pub use write_a_patches::write_native_a_patches;
+pub use write_hybrid::write_native_hybrid;
 
 use super::{Unit, WriteError};
 use crate::apatch::APatchSurface;
+use crate::hybrid::HybridSurface;
 use crate::spline::TriangularSpline;
+use crate::surface::Surface;
 use std::io::Write;
 
 /// A surface with the words about where it comes from.
@@ -31,6 +36,8 @@ pub enum NativeSurface {
     Spline(Box<TriangularSpline>),
     /// Rational A-patches.
     APatches(Box<APatchSurface>),
+    /// Hybrid A-patches over polygons.
+    Hybrid(Box<HybridSurface>),
 }
 
 impl NativeModel {
@@ -38,26 +45,36 @@ impl NativeModel {
     pub fn spline(&self) -> Option<&TriangularSpline> {
         match &self.surface {
             NativeSurface::Spline(spline) => Some(spline.as_ref()),
-            NativeSurface::APatches(_) => None,
+            NativeSurface::APatches(_) | NativeSurface::Hybrid(_) => None,
         }
     }
 
     /// The surface, if it is one of A-patches.
     pub fn a_patches(&self) -> Option<&APatchSurface> {
         match &self.surface {
-            NativeSurface::Spline(_) => None,
+            NativeSurface::Spline(_) | NativeSurface::Hybrid(_) => None,
             NativeSurface::APatches(surface) => Some(surface.as_ref()),
+        }
+    }
+
+    /// The surface, whatever its patches are.
+    pub fn as_surface(&self) -> &dyn Surface {
+        match &self.surface {
+            NativeSurface::Spline(spline) => spline.as_ref(),
+            NativeSurface::APatches(surface) => surface.as_ref(),
+            NativeSurface::Hybrid(surface) => surface.as_ref(),
         }
     }
 
     /// Writes the model so that [`read_native`] gives it back bit for bit.
     ///
     /// # Errors
-    /// See [`write_native`] and [`write_native_a_patches`].
+    /// See [`write_native`], [`write_native_a_patches`] and [`write_native_hybrid`].
     pub fn write(&self, out: &mut impl Write) -> Result<(), WriteError> {
         match &self.surface {
             NativeSurface::Spline(spline) => write_native(spline, &self.provenance, out),
             NativeSurface::APatches(surface) => write_native_a_patches(surface, &self.provenance, out),
+            NativeSurface::Hybrid(surface) => write_native_hybrid(surface, &self.provenance, out),
         }
     }
 }

@@ -1,5 +1,6 @@
 use super::layout::*;
 use super::read_a_patches::a_patches;
+use super::read_hybrid::hybrid;
 use super::{NativeModel, NativeSurface, Provenance};
 use crate::base::{BaseMesh, BoxSides, Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
@@ -105,6 +106,10 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     input.read_to_end(&mut bytes)?;
     let sections = Sections::parse(&bytes)?;
     let provenance = provenance(sections.get(META)?)?;
+    if sections.find(POLYGONS).is_some() {
+        let surface = NativeSurface::Hybrid(Box::new(hybrid(&sections)?));
+        return Ok(NativeModel { surface, provenance });
+    }
     let mesh = mesh(sections.get(FACES)?)?;
     if sections.find(POSITIONS).is_some() {
         let surface = NativeSurface::APatches(Box::new(a_patches(&sections, mesh)?));

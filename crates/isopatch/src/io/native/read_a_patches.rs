@@ -40,7 +40,7 @@ pub(super) fn a_patches(sections: &Sections<'_>, mesh: HalfEdgeMesh) -> Result<A
     })))
 }
 
-fn vectors(numbers: &[f64]) -> Vec<Vec3> {
+pub(super) fn vectors(numbers: &[f64]) -> Vec<Vec3> {
     numbers.as_chunks::<3>().0.iter().map(|n| Vec3::from(*n)).collect()
 }
 
@@ -52,7 +52,7 @@ fn triple(numbers: &[f64]) -> [f64; 3] {
     [numbers[0], numbers[1], numbers[2]]
 }
 
-fn flags(codes: &[u8]) -> Result<Vec<bool>, NativeError> {
+pub(super) fn flags(codes: &[u8]) -> Result<Vec<bool>, NativeError> {
     let flag = |(index, code): (usize, &u8)| match code {
         0 => Ok(false),
         1 => Ok(true),
@@ -61,19 +61,25 @@ fn flags(codes: &[u8]) -> Result<Vec<bool>, NativeError> {
     codes.iter().enumerate().map(flag).collect()
 }
 
-fn wrong_code(tag: Tag, index: usize, code: u32) -> NativeError {
+pub(super) fn wrong_code(tag: Tag, index: usize, code: u32) -> NativeError {
     NativeError::Code { section: tag.to_string(), index, code }
 }
 
 fn classes(sections: &Sections<'_>, tag: Tag, count: usize) -> Result<Vec<Class>, NativeError> {
-    let class = |(index, code): (usize, &u8)| match code {
-        0 => Ok(Class::Positive),
-        1 => Ok(Class::Negative),
-        2 => Ok(Class::Zero),
-        3 => Ok(Class::Nonconvex),
-        _ => Err(wrong_code(tag, index, u32::from(*code))),
-    };
-    sections.sized(tag, count, 1)?.iter().enumerate().map(class).collect()
+    let found =
+        |(index, code): (usize, &u8)| class(*code).ok_or_else(|| wrong_code(tag, index, u32::from(*code)));
+    sections.sized(tag, count, 1)?.iter().enumerate().map(found).collect()
+}
+
+/// The class with a code.
+pub(super) fn class(code: u8) -> Option<Class> {
+    match code {
+        0 => Some(Class::Positive),
+        1 => Some(Class::Negative),
+        2 => Some(Class::Zero),
+        3 => Some(Class::Nonconvex),
+        _ => None,
+    }
 }
 
 /// Which cells there are follows from the classes: one on each side that the surface reaches into.

@@ -57,7 +57,7 @@ fn finite(tag: Tag, bytes: Vec<u8>) -> Result<Vec<u8>, WriteError> {
     }
 }
 
-fn class_code(class: Class) -> u8 {
+pub(super) fn class_code(class: Class) -> u8 {
     match class {
         Class::Positive => 0,
         Class::Negative => 1,

@@ -1,0 +1,108 @@
+use super::*;
+use crate::geom::Vec3;
+use crate::hull::Class;
+use crate::hybrid::{Element, HermitePolygons, HybridHull};
+use crate::mesh::HalfEdgeMesh;
+use test_bodies::{Body, Quadratic, bodies, quadrics};
+
+fn data(body: &Body, gradient: impl Fn(usize) -> Vec3) -> HermitePolygons {
+    let mesh = HalfEdgeMesh::from_faces(body.positions.len(), &body.faces).unwrap();
+    let gradients: Vec<Vec3> = (0..body.positions.len()).map(gradient).collect();
+    HermitePolygons::new(mesh, body.positions.clone(), &gradients).unwrap()
+}
+
+fn on_quadric(q: &Quadratic, body: &Body) -> HermitePolygons {
+    data(body, |v| q.gradient(&body.positions[v]))
+}
+
+#[test]
+fn bodies_have_the_faces_that_they_are_known_for() {
+    let count = |name: &str| {
+        let body = bodies().into_iter().find(|body| body.name == name).unwrap();
+        let of = |n: usize| body.faces.iter().filter(|f| f.len() == n).count();
+        [of(3), of(4), of(5), of(7)]
+    };
+    assert_eq!(count("dodecahedron"), [0, 0, 12, 0]);
+    assert_eq!(count("snub cube"), [32, 6, 0, 0]);
+    assert_eq!(count("icosidodecahedron"), [20, 0, 12, 0]);
+    assert_eq!(count("rhombicuboctahedron"), [8, 18, 0, 0]);
+    assert_eq!(count("heptagonal prism"), [0, 7, 0, 2]);
+}
+
+/// The quadric of every face is the one that the data come from, and its parameters are left alone.
+#[test]
+fn quadrics_are_found_again() {
+    for (q, body) in quadrics() {
+        let built = build(on_quadric(&q, &body), &HybridOptions::default());
+        assert!(built.problems.is_empty(), "{}: {:?}", body.name, built.problems);
+        for face in built.hull.faces.iter().filter(|face| face.element.is_some()) {
+            for a in face.apexes.iter().flatten() {
+                let miss = (face.quadric.value(a) - q.value(a))
+                    .abs()
+                    .max((face.quadric.gradient(a) - q.gradient(a)).norm());
+                assert!(miss < 1e-12, "{}: {miss:e}", body.name);
+            }
+            assert_eq!(face.at_apex, [None; 2], "{}", body.name);
+        }
+    }
+}
+
+/// Numbers from −1 to 1 that look random.
+fn noise(n: usize) -> f64 {
+    let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+#[test]
+fn noisy_normals_still_give_single_sheets() {
+    let mut gained = 0;
+    for body in bodies() {
+        let noisy = |v: usize| {
+            let by = Vec3::new(noise(3 * v), noise(3 * v + 1), noise(3 * v + 2));
+            (body.positions[v] + 0.35 * by).normalize()
+        };
+        let with = |sheets| build(data(&body, noisy), &HybridOptions { sheets, ..HybridOptions::default() });
+        let (left, made) = (with(Sheets::Nowhere), with(Sheets::Everywhere));
+        let certain =
+            |built: &BuiltHull| built.certainty.iter().filter(|c| **c == Certainty::Certain).count();
+        assert!(made.certainty.iter().all(|c| *c <= Certainty::FaceOnly), "{}", body.name);
+        assert!(certain(&made) >= certain(&left), "{}", body.name);
+        gained += certain(&made) - certain(&left);
+    }
+    assert!(gained > 20, "{gained}");
+}
+
+/// The paper's rule misses the sphere over planar polygons, by as much as the prototypes of the method did, and gives quadrics
+/// back over polygons that are not planar.
+#[test]
+fn the_rule_of_the_paper_is_exact_where_polygons_are_not_planar() {
+    let miss = |name: &str, linear: bool| {
+        let (q, body) = quadrics().into_iter().find(|(_, body)| body.name == name).unwrap();
+        let rule = DefaultRule::Paper { linear };
+        let built = build(on_quadric(&q, &body), &HybridOptions { rule, ..HybridOptions::default() });
+        let of = |face: &crate::hybrid::HybridFace| {
+            let side =
+                crate::hull::Side::BOTH.into_iter().find(|side| face.apexes[side.index()].is_some()).unwrap();
+            let (a, jet) = (face.apexes[side.index()].unwrap(), face.jet(side).unwrap());
+            (jet.value - q.value(&a)).abs()
+        };
+        built.hull.faces.iter().map(of).fold(0.0, f64::max)
+    };
+    assert!(miss("cube", false) > 0.05 && miss("snub cube", true) > 1e-3);
+    assert!(miss("elliptic paraboloid", false) < 1e-11);
+}
+
+#[test]
+fn polygons_get_the_cells_that_suit_them() {
+    let built = |name: &str| -> HybridHull {
+        let (q, body) = quadrics().into_iter().find(|(_, body)| body.name == name).unwrap();
+        build(on_quadric(&q, &body), &HybridOptions::default()).hull
+    };
+    let elements = |hull: &HybridHull| -> Vec<(Option<Element>, Class)> {
+        hull.faces.iter().map(|face| (face.element, face.class)).collect()
+    };
+    assert!(elements(&built("cube")).iter().all(|e| *e == (Some(Element::Pyramid), Class::Positive)));
+    assert!(elements(&built("dodecahedron")).iter().all(|e| *e == (Some(Element::Sectors), Class::Positive)));
+    let saddle = elements(&built("hyperbolic paraboloid along its lines"));
+    assert!(saddle.iter().all(|e| *e == (Some(Element::Sectors), Class::Nonconvex)));
+}

@@ -1,0 +1,314 @@
+//! Hybrid A-patch surfaces of real meshes are valid, give quadrics back, and have fewer patches than their triangulations.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
+
+mod support;
+
+use isopatch::geom::{Point3, Vec3};
+use isopatch::hybrid::hull::{HybridOptions, Sheets, build};
+use isopatch::hybrid::{HermitePolygons, HybridFunction, HybridSurface, broken_faces, mended};
+use isopatch::inspect::{APatchInspectOptions, APatchInspection, inspect_hybrid};
+use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
+use isopatch::io::read::{PolygonMesh, read_mesh};
+use isopatch::mesh::HalfEdgeMesh;
+use isopatch::recipes::apatch::{self, APatchRecipe, GradientLengths};
+use isopatch::recipes::hybrid::{Fitted, FittedPolygons, HybridRecipe, Polygons, TriangleElement, fit};
+use isopatch::surface::{Domain, PatchId, Surface};
+use std::f64::consts::TAU;
+use support::bodies::{Body, grid, quadrics};
+
+fn polygons(fitted: Fitted) -> FittedPolygons {
+    match fitted {
+        Fitted::Polygons(fitted) => *fitted,
+        Fitted::Triangles(fitted) => panic!("made over triangles: {:?}", fitted.repairs),
+    }
+}
+
+fn run(mesh: &PolygonMesh, recipe: &HybridRecipe) -> FittedPolygons {
+    polygons(fit(mesh, recipe, &|_| ()).unwrap())
+}
+
+fn mesh_of(body: &Body, normals: impl Fn(&Point3) -> Vec3) -> PolygonMesh {
+    let normals = body.positions.iter().map(normals).collect();
+    PolygonMesh { positions: body.positions.clone(), faces: body.faces.clone(), normals: Some(normals) }
+}
+
+/// Parameters all over a domain.
+fn parameters(domain: Domain, n: usize) -> Vec<[f64; 2]> {
+    let at = |i: usize| i as f64 / n as f64;
+    let square = |k: f64| (0..=n).flat_map(move |i| (0..=n).map(move |j| [k + at(i), at(j)]));
+    match domain {
+        Domain::Triangle => (0..=n).flat_map(|i| (0..=n - i).map(move |j| [at(i), at(j)])).collect(),
+        Domain::Square => square(0.0).collect(),
+        Domain::Polygon(count) => (0..count).flat_map(|k| square(f64::from(k))).collect(),
+    }
+}
+
+/// The largest of a quantity over points all over a surface.
+fn worst(surface: &HybridSurface, n: usize, of: impl Fn(&Point3) -> f64) -> f64 {
+    let of_patch = |patch: PatchId| {
+        let points =
+            parameters(surface.domain(patch), n).into_iter().map(|uv| surface.sample(patch, uv).point);
+        points.map(|p| of(&p)).fold(0.0, |a: f64, b| if b.is_nan() { f64::INFINITY } else { a.max(b) })
+    };
+    surface.patches().map(of_patch).fold(0.0, f64::max)
+}
+
+fn inspected(surface: &HybridSurface) -> APatchInspection {
+    inspect_hybrid(surface, &APatchInspectOptions { lattice: 10, seam_intervals: 8, ..Default::default() })
+}
+
+/// All that a valid surface is asked for.
+fn assert_valid(name: &str, surface: &HybridSurface, euler: Option<i64>) {
+    let found = inspected(surface);
+    assert!(found.undefined.is_empty() && found.folded.is_empty(), "{name}: {found:?}");
+    assert!(broken_faces(surface.function()).is_empty(), "{name}");
+    let common = &found.common;
+    assert!(common.seams.max_gap < 1e-14, "{name}: {:?}", common.seams);
+    assert!(common.seams.max_normal_jump < 1e-12, "{name}: {:?}", common.seams);
+    assert!(common.interpolation.max_position_error == 0.0, "{name}: {:?}", common.interpolation);
+    assert!(common.interpolation.max_normal_error < 1e-12, "{name}: {:?}", common.interpolation);
+    if let Some(euler) = euler {
+        assert_eq!((common.topology.euler, common.topology.boundary_loops), (euler, 0), "{name}");
+    }
+}
+
+/// Every quadric comes back from its gradients, and from unit normals if their lengths are recovered.
+#[test]
+fn quadrics_come_back() {
+    for (q, body) in quadrics() {
+        let exact = run(&mesh_of(&body, |p| q.gradient(p)), &HybridRecipe::default());
+        let miss = worst(&exact.surface, 6, |p| q.distance(p));
+        assert!(miss < 1e-12, "{}: {miss:e}", body.name);
+        let triangles = APatchRecipe { lengths: GradientLengths::Recovered, ..APatchRecipe::default() };
+        let recipe = HybridRecipe { triangles, ..HybridRecipe::default() };
+        let recovered = run(&mesh_of(&body, |p| q.gradient(p).normalize()), &recipe);
+        let miss = worst(&recovered.surface, 6, |p| q.distance(p));
+        assert!(miss < 1e-11, "{} from unit normals: {miss:e}", body.name);
+    }
+}
+
+/// Files with polygons in them, and their Euler numbers.
+const FILES: [(&str, i64); 8] = [
+    ("cgal_cross_quad", 2),
+    ("cgal_torus_quad", 0),
+    ("conway_ambo_dodeca", 2),
+    ("conway_dgC_snub_cube", 2),
+    ("conway_gC_pentagonal_icositetrahedron", 2),
+    ("conway_prism5", 2),
+    ("conway_trunc_icosahedron_soccer", 2),
+    ("geomview_dodec", 2),
+];
+
+fn file(name: &str) -> Option<PolygonMesh> {
+    let path = support::data_folder().join("meshes").join(format!("{name}.off"));
+    path.exists().then(|| read_mesh(&path).unwrap())
+}
+
+/// Every closed mesh of polygons becomes a valid surface over these polygons; its patches and cells against those of its
+/// triangulation are printed.
+#[test]
+fn real_meshes_are_valid_and_have_fewer_patches() {
+    println!("| mesh | patches | triangulated | cells | triangulated |\n|---|---|---|---|---|");
+    for (name, euler) in FILES {
+        let Some(mesh) = file(name) else { return support::skip("real meshes of polygons") };
+        let made = run(&mesh, &HybridRecipe::default());
+        assert_valid(name, &made.surface, Some(euler));
+        let elements = made.figures.elements.unwrap();
+        assert_eq!((elements.cut, elements.flat), (0, 0), "{name}");
+        let cut = apatch::fit(&mesh, &APatchRecipe::default(), &|_| ()).unwrap();
+        let (ours, theirs) = (made.surface.patch_count(), cut.surface.patch_count());
+        let cells = |f: &isopatch::report::APatchReport| f.face_cells + f.edge_cells;
+        let found = inspected(&made.surface);
+        println!(
+            "| {name} | {ours} | {theirs} | {} | {} | steep {:?} {:?}",
+            cells(&made.figures),
+            cells(&cut.figures),
+            found.steep.len(),
+            made.repairs
+        );
+        assert!(ours <= theirs, "{name}: {ours} patches, {theirs} over triangles");
+        let all_quads = mesh.faces.iter().all(|f| f.len() == 4);
+        assert!(!all_quads || 5 * ours == 3 * theirs, "{name}: {ours} patches, {theirs} over triangles");
+    }
+}
+
+fn torus(n: u32) -> (Body, impl Fn(&Point3) -> Vec3) {
+    let mut body = grid("torus", [3 * n, n], true, |u, v| {
+        let (a, b) = (TAU * u, TAU * v);
+        let r = 2.0 + 0.8 * b.cos();
+        Point3::new(r * a.cos(), r * a.sin(), 0.8 * b.sin())
+    });
+    // The last ring is the first one again.
+    body.faces.iter_mut().flatten().for_each(|v| *v %= 3 * n * n);
+    body.positions.truncate((3 * n * n) as usize);
+    (body, |p: &Point3| {
+        let ring = Vec3::new(p.x, p.y, 0.0).normalize() * 2.0;
+        (p - ring).normalize()
+    })
+}
+
+fn torus_distance(p: &Point3) -> f64 {
+    let ring = Vec3::new(p.x, p.y, 0.0).normalize() * 2.0;
+    ((p - ring).norm() - 0.8).abs()
+}
+
+/// A torus of quadrilaterals with its normals: the error falls with the fourth power of the edge length.
+#[test]
+fn a_torus_of_quadrilaterals_converges() {
+    let misses: Vec<f64> = [6, 12, 24]
+        .into_iter()
+        .map(|n| {
+            let (body, normal) = torus(n);
+            let triangles = APatchRecipe { lengths: GradientLengths::Recovered, ..APatchRecipe::default() };
+            let given = run(&mesh_of(&body, &normal), &HybridRecipe::default());
+            println!("unit {n}: {:e}", worst(&given.surface, 5, torus_distance));
+            let made = run(&mesh_of(&body, &normal), &HybridRecipe { triangles, ..HybridRecipe::default() });
+            assert_valid("torus", &made.surface, Some(0));
+            worst(&made.surface, 5, torus_distance)
+        })
+        .collect();
+    let orders: Vec<f64> = misses.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    println!("{misses:?} {orders:?}");
+    assert!(orders.iter().all(|order| *order > 3.0), "{misses:?} {orders:?}");
+}
+
+/// A mesh of triangles alone goes to the triangle method, unless the hybrid cells are asked for: then a quadric is the same.
+#[test]
+fn triangles_alone_stay_with_the_triangle_method() {
+    let (q, body) = quadrics().into_iter().rfind(|(_, body)| body.name == "pentagonal pyramid").unwrap();
+    let faces: Vec<Vec<u32>> =
+        body.faces.iter().flat_map(|f| (1..f.len() - 1).map(|k| vec![f[0], f[k], f[k + 1]])).collect();
+    let mesh = PolygonMesh { faces, ..mesh_of(&body, |p| q.gradient(p)) };
+    let Fitted::Triangles(made) = fit(&mesh, &HybridRecipe::default(), &|_| ()).unwrap() else {
+        panic!("a mesh of triangles became a hybrid surface")
+    };
+    let direct = apatch::fit(&mesh, &APatchRecipe::default(), &|_| ()).unwrap();
+    assert_eq!(made.surface.patch_count(), direct.surface.patch_count());
+    for patch in direct.surface.patches() {
+        for uv in parameters(direct.surface.domain(patch), 4) {
+            assert_eq!(made.surface.sample(patch, uv).point, direct.surface.sample(patch, uv).point);
+        }
+    }
+    let recipe = HybridRecipe { triangle_element: TriangleElement::Hybrid, ..HybridRecipe::default() };
+    let hybrid = run(&mesh, &recipe);
+    assert!(worst(&hybrid.surface, 6, |p| q.distance(p)) < 1e-12);
+    // Polygons that are cut go the same way.
+    let whole = mesh_of(&body, |p| q.gradient(p));
+    let recipe = HybridRecipe { polygons: Polygons::Split, ..recipe };
+    assert!(worst(&run(&whole, &recipe).surface, 6, |p| q.distance(p)) < 1e-12);
+}
+
+/// Numbers from −1 to 1 that look random.
+fn noise(n: usize) -> f64 {
+    let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// With normals that are far off no ray loses its root, and the surface stays smooth.
+#[test]
+fn noisy_normals_give_single_sheets() {
+    for (_, body) in quadrics().into_iter().take(12) {
+        for seed in 0..4usize {
+            let mut at = 1000 * seed;
+            let mut noisy = |p: &Point3| {
+                at += 3;
+                (p + 0.2 * Vec3::new(noise(at), noise(at + 1), noise(at + 2))).normalize()
+            };
+            let gradients: Vec<Vec3> = body.positions.iter().map(&mut noisy).collect();
+            let connectivity = HalfEdgeMesh::from_faces(body.positions.len(), &body.faces).unwrap();
+            let data = HermitePolygons::new(connectivity, body.positions.clone(), &gradients).unwrap();
+            let built = build(data, &HybridOptions::default());
+            let (function, broken) = mended(HybridFunction::new(built.hull), Sheets::WhereNeeded);
+            assert!(broken.is_empty(), "{} {seed}: {broken:?}", body.name);
+            let found = inspected(&HybridSurface::new(function));
+            assert!(found.undefined.is_empty(), "{} {seed}", body.name);
+            assert!(
+                found.common.seams.max_normal_jump < 1e-12,
+                "{} {seed}: {:?}",
+                body.name,
+                found.common.seams
+            );
+        }
+    }
+}
+
+/// What no cells over polygons suit becomes triangles, and the report says so.
+#[test]
+fn polygons_that_do_not_fit_are_cut_and_named() {
+    // A prism over a U, which no point sees whole.
+    let u = [[0.0, 0.0], [5.0, 0.0], [5.0, 5.0], [4.0, 5.0], [4.0, 1.0], [1.0, 1.0], [1.0, 5.0], [0.0, 5.0]];
+    let ring = |z: f64| u.iter().map(move |[x, y]| Point3::new(*x, *y, z));
+    let positions: Vec<Point3> = ring(0.0).chain(ring(1.0)).collect();
+    let mut faces: Vec<Vec<u32>> = (0..8u32).map(|i| vec![i, (i + 1) % 8, 8 + (i + 1) % 8, 8 + i]).collect();
+    faces.push((0..8).rev().collect());
+    faces.push((8..16).collect());
+    let mesh = PolygonMesh { positions, faces, normals: None };
+    let repairs = match fit(&mesh, &HybridRecipe::default(), &|_| ()).unwrap() {
+        Fitted::Polygons(made) => made.repairs,
+        Fitted::Triangles(made) => made.repairs,
+    };
+    assert!(repairs.iter().any(|r| r.what.starts_with("polygons cut into triangles")), "{repairs:?}");
+}
+
+/// A native file gives the same surface back, bit for bit.
+#[test]
+fn native_files_give_the_same_surface_back() {
+    for (q, body) in quadrics() {
+        let noisy = |p: &Point3| {
+            let at = (p.x * 100.0 + p.y * 10.0 + p.z).abs() as usize;
+            q.gradient(p).normalize() + 0.2 * Vec3::new(noise(at), noise(at + 7), noise(at + 9))
+        };
+        let Fitted::Polygons(made) = fit(&mesh_of(&body, noisy), &HybridRecipe::default(), &|_| ()).unwrap()
+        else {
+            continue;
+        };
+        let provenance = Provenance { source: body.name.to_owned(), diagonal: 2.5, ..Provenance::default() };
+        let model = NativeModel { surface: NativeSurface::Hybrid(Box::new(made.surface)), provenance };
+        let mut bytes = Vec::new();
+        model.write(&mut bytes).unwrap();
+        let read = read_native(&mut &*bytes).unwrap();
+        assert_eq!(read.provenance, model.provenance);
+        let (old, new) = (model.as_surface(), read.as_surface());
+        assert_eq!((old.patch_count(), old.seams()), (new.patch_count(), new.seams()));
+        for patch in old.patches() {
+            for uv in parameters(old.domain(patch), 3) {
+                assert_eq!(format!("{:?}", old.sample(patch, uv)), format!("{:?}", new.sample(patch, uv)));
+            }
+        }
+        let mut again = Vec::new();
+        read.write(&mut again).unwrap();
+        assert_eq!(bytes, again);
+        // No part of a file makes the reader panic, and none is mistaken for the whole.
+        for end in (0..bytes.len()).step_by(97) {
+            assert!(read_native(&mut &bytes[..end]).is_err());
+        }
+    }
+}
+
+/// Creases are made over triangles.
+#[test]
+fn creases_send_a_mesh_to_the_triangle_method() {
+    let (_, cube) = quadrics().into_iter().next().unwrap();
+    let mesh = PolygonMesh { normals: None, ..mesh_of(&cube, |p| *p) };
+    let triangles = APatchRecipe { crease_angle: Some(0.7), ..APatchRecipe::default() };
+    let Fitted::Triangles(made) =
+        fit(&mesh, &HybridRecipe { triangles, ..HybridRecipe::default() }, &|_| ()).unwrap()
+    else {
+        panic!("a cube with creases became a hybrid surface")
+    };
+    assert!(made.repairs.iter().any(|r| r.what == "no cells over polygons" && r.why.contains("creases")));
+}
+
+/// A boundary changes nothing but that no patch stands over its edges.
+#[test]
+fn open_meshes_end_in_their_boundary() {
+    for (q, body) in quadrics().into_iter().filter(|(_, body)| body.name.contains("paraboloid")) {
+        let noisy = |p: &Point3| {
+            let at = (p.x * 100.0 + p.y * 10.0).abs() as usize;
+            q.gradient(p).normalize() + 0.05 * Vec3::new(noise(at), noise(at + 7), 0.0)
+        };
+        let made = run(&mesh_of(&body, noisy), &HybridRecipe::default());
+        assert_valid(body.name, &made.surface, None);
+        assert_eq!(inspected(&made.surface).common.topology.boundary_loops, 1);
+    }
+}
