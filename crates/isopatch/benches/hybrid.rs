@@ -9,7 +9,7 @@ use isopatch::apatch::{self, APatchOptions};
 use isopatch::bernstein::triangle;
 use isopatch::geom::Points;
 use isopatch::hull::{self, HullOptions};
-use isopatch::hybrid::grid::{PyramidTable, SectorTable};
+use isopatch::hybrid::grid::{PyramidTable, SectorTable, TriangleTable};
 use isopatch::hybrid::{FaceCells, HybridFunction};
 use std::hint::black_box;
 
@@ -51,6 +51,7 @@ fn main() {
     let square: Vec<[f64; 2]> =
         (0..=ALONG).flat_map(|i| (0..=ALONG).map(move |j| [part(i, ALONG), part(j, ALONG)])).collect();
     let (faces, edges) = (FaceTable::new(&in_triangle), EdgeTable::new(&over_edge));
+    let hybrid = TriangleTable::new(&in_triangle);
     let (pyramids, sectors) = (PyramidTable::new(&square), SectorTable::new(&in_triangle));
     let size = square.len().max(faces.len()).max(edges.len());
     let (mut p, mut n) = (Points::zeros(size), Points::zeros(size));
@@ -65,7 +66,7 @@ fn main() {
     report("triangle method, edges", mesh.edge_count() * edges.len(), time);
     let single = seconds(|| {
         for face in mesh.faces().take(2) {
-            in_triangle.iter().for_each(|x| drop(black_box(f.shoot_face(face, *x))));
+            in_triangle.iter().for_each(|x| _ = black_box(f.shoot_face(face, *x)));
         }
     });
     report("triangle method, single rays", 2 * in_triangle.len(), single);
@@ -73,10 +74,10 @@ fn main() {
     for (name, body, gradient) in [
         ("cube", polyhedra::rhombicuboctahedron(), 0.02),
         ("dodecahedron", polyhedra::dodecahedron(), 0.02),
-        ("icosidodecahedron, two-sided", polyhedra::icosidodecahedron(), 0.4),
+        ("icosidodecahedron, two-sided", polyhedra::icosidodecahedron(), 0.2),
     ] {
         let f = polyhedra::random(body, polyhedra::sectors, [0.02, gradient], 1);
-        bench(name, &f, &in_triangle, &over_edge, (&faces, &edges, &pyramids, &sectors), &mut out);
+        bench(name, &f, &in_triangle, &over_edge, (&hybrid, &edges, &pyramids, &sectors), &mut out);
     }
 }
 
@@ -85,7 +86,7 @@ fn bench(
     f: &HybridFunction,
     in_triangle: &[[f64; 3]],
     over_edge: &[[f64; 3]],
-    (faces, edges, pyramids, sectors): (&FaceTable, &EdgeTable, &PyramidTable, &SectorTable),
+    (faces, edges, pyramids, sectors): (&TriangleTable, &EdgeTable, &PyramidTable, &SectorTable),
     out: &mut GridOut<'_>,
 ) {
     let mesh = f.hull().data.mesh();
@@ -95,9 +96,14 @@ fn bench(
     let triangles = of(|cells| matches!(cells, FaceCells::Triangle { .. }));
     let of_pyramids = of(|cells| matches!(cells, FaceCells::Pyramid(_)));
     let of_sectors = of(|cells| matches!(cells, FaceCells::Sectors(_)));
+    let split: Vec<_> = of_sectors.iter().copied().filter(|face| f.corners(*face).len() == 3).collect();
+    if !split.is_empty() {
+        let time = seconds(|| split.iter().for_each(|face| faces.evaluate(f, black_box(*face), out)));
+        report(&format!("{name}, triangles in sectors"), split.len() * faces.len(), time);
+    }
     if !triangles.is_empty() {
         let time = seconds(|| {
-            triangles.iter().for_each(|face| f.evaluate_triangle(faces, in_triangle, black_box(*face), out));
+            triangles.iter().for_each(|face| faces.evaluate(f, black_box(*face), out));
         });
         report(&format!("{name}, triangles"), triangles.len() * faces.len(), time);
     }
@@ -114,7 +120,7 @@ fn bench(
         let single = seconds(|| {
             for x in in_triangle {
                 let foot = isopatch::hybrid::Foot::Sector(0, *x);
-                drop(black_box(f.shoot_from(of_sectors[0], foot, [[0.0; 3]; 2])));
+                _ = black_box(f.shoot_from(of_sectors[0], foot, [[0.0; 3]; 2]));
             }
         });
         report(&format!("{name}, sectors, single rays"), in_triangle.len(), single);

@@ -99,15 +99,7 @@ fn assert_patches(name: &str, surface: &APatchSurface, n: usize) {
 /// The side of a seam at the parameter s along it, in the parameters of its patch.
 fn on_seam(surface: &APatchSurface, side: &SeamSide, s: f64) -> [f64; 2] {
     let (a, b) = if side.reversed { (1.0 - s, s) } else { (s, 1.0 - s) };
-    match (surface.domain(side.patch), side.edge) {
-        (Domain::Triangle, 0) => [b, a],
-        (Domain::Triangle, 1) => [0.0, b],
-        (Domain::Triangle, _) => [a, 0.0],
-        (Domain::Square, 0) => [a, 0.0],
-        (Domain::Square, 1) => [1.0, a],
-        (Domain::Square, 2) => [b, 1.0],
-        (Domain::Square, _) => [0.0, b],
-    }
+    surface.domain(side.patch).on_edge(side.edge, [b, a])
 }
 
 /// Both sides of a seam are the same bits; across smooth ones the normals agree.

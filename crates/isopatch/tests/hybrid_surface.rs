@@ -196,3 +196,30 @@ fn tables_agree_with_single_rays() {
     }
     assert!(kinds[0] > 5 && kinds[1] > 5, "{kinds:?}");
 }
+
+/// Triangles have one table, whatever their cells are.
+#[test]
+fn tables_of_triangles_agree_with_single_rays() {
+    use isopatch::apatch::grid::GridOut;
+    use isopatch::bernstein::triangle;
+    use isopatch::geom::Points;
+    use isopatch::hybrid::grid::TriangleTable;
+    let lattice = triangle::lattice(9);
+    let table = TriangleTable::new(&lattice);
+    let mut in_sectors = 0;
+    let all = [polyhedra::sectors as polyhedra::Choice, polyhedra::fans]
+        .map(|choice| polyhedra::random(polyhedra::icosidodecahedron(), choice, [0.03, 0.15], 3));
+    let faces = all.iter().flat_map(|f| f.hull().data.mesh().faces().map(move |face| (f, face)));
+    for (f, face) in faces.filter(|(f, face)| f.corners(*face).len() == 3) {
+        in_sectors += usize::from(matches!(f.faces()[face.index()], FaceCells::Sectors(_)));
+        let (mut points, mut normals) = (Points::zeros(table.len()), Points::zeros(table.len()));
+        let mut out = GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) };
+        table.evaluate(f, face, &mut out);
+        for (i, x) in lattice.iter().enumerate() {
+            let shot = f.shoot_face(face, [x[0], x[1]]).unwrap();
+            assert!((points.get(i) - shot.point).norm() < 1e-12, "{face:?} {i}");
+            assert!((normals.get(i) - shot.gradient.normalize()).norm() < 1e-11, "{face:?} {i}");
+        }
+    }
+    assert_eq!(in_sectors, 20);
+}

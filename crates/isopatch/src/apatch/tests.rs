@@ -104,15 +104,7 @@ fn the_function_is_c1_across_the_faces_of_the_hull() {
 /// The side of a seam at the parameter s along it, in the parameters of its patch.
 fn on_seam(surface: &APatchSurface, side: &SeamSide, s: f64) -> [f64; 2] {
     let (a, b) = if side.reversed { (1.0 - s, s) } else { (s, 1.0 - s) };
-    match (surface.domain(side.patch), side.edge) {
-        (Domain::Triangle, 0) => [b, a],
-        (Domain::Triangle, 1) => [0.0, b],
-        (Domain::Triangle, _) => [a, 0.0],
-        (Domain::Square, 0) => [a, 0.0],
-        (Domain::Square, 1) => [1.0, a],
-        (Domain::Square, 2) => [b, 1.0],
-        (Domain::Square, _) => [0.0, b],
-    }
+    surface.domain(side.patch).on_edge(side.edge, [b, a])
 }
 
 #[test]
@@ -150,7 +142,7 @@ fn the_surface_goes_through_the_vertices_with_their_normals() {
     for patch in surface.patches() {
         let uv = match surface.domain(patch) {
             Domain::Triangle => [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
-            Domain::Square => [[0.0, 0.3], [1.0, 0.2], [1.0, 1.0]],
+            Domain::Square | Domain::Polygon(_) => [[0.0, 0.3], [1.0, 0.2], [1.0, 1.0]],
         };
         let corners = surface.corners(patch).map(|v| v as usize);
         for (uv, v) in uv.into_iter().zip(corners) {

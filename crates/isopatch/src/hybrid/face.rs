@@ -101,7 +101,7 @@ impl FaceCells {
         match (self, foot) {
             (Self::Triangle { function, .. }, Foot::Triangle(x)) => Some(function.base.value(x).0),
             (Self::Pyramid(cell), Foot::Pyramid([s, t])) => Some(cell.side.sign() * cell.layer0(s, t).0),
-            (Self::Sectors(sectors), Foot::Sector(k, x)) => Some(sectors.base.get(k)?.value(x).0),
+            (Self::Sectors(sectors), Foot::Sector(k, x)) => Some(sectors.base.get(k)?.at(x)),
             _ => None,
         }
     }
@@ -117,7 +117,7 @@ impl FaceCells {
             (Self::Pyramid(cell), Foot::Pyramid([s, t])) => (cell.side == side).then(|| cell.layers(s, t)),
             (Self::Sectors(sectors), Foot::Sector(k, x)) => {
                 let cell = sectors.sides[side.index()].as_ref()?.get(k)?;
-                with(sectors.base.get(k)?.value(x).0, cell.layers(x))
+                with(sectors.base.get(k)?.at(x), cell.layers(x))
             }
             _ => None,
         }

@@ -49,6 +49,18 @@ impl Weights {
     }
 }
 
+/// The values of [`Weights`] alone.
+fn weight_values([c, p, q]: [f64; 3]) -> [[f64; 2]; 2] {
+    let (cp, cq, pq) = (c * p, c * q, p * q);
+    let squares = [cp * cp, cq * cq, pq * pq];
+    let sum = squares[0] + squares[1] + squares[2];
+    if sum == 0.0 {
+        return [[0.0; 2]; 2];
+    }
+    let turn = [0, 1].map(|n| 2.0 * pq * (squares[n] / sum));
+    [turn, turn.map(|value| 2.0 * value * (squares[2] / sum))]
+}
+
 /// A function of (c, p, q) with its derivatives.
 type Form = (f64, [f64; 3]);
 
@@ -59,7 +71,12 @@ fn add(sum: &mut Form, factor: f64, term: &Form) {
     }
 }
 
-/// A quadratic form by its net: (cc, cp, cq, pp, pq, qq).
+/// The value of a quadratic form by its net: (cc, cp, cq, pp, pq, qq).
+fn quadratic_value([cc, cp, cq, pp, pq, qq]: [f64; 6], [c, p, q]: [f64; 3]) -> f64 {
+    (cc * (c * c) + pp * (p * p) + qq * (q * q)) + 2.0 * (cp * (c * p) + pq * (p * q) + cq * (q * c))
+}
+
+/// A quadratic form with its derivatives.
 fn quadratic(net: &[f64; 6], [c, p, q]: [f64; 3]) -> Form {
     let [cc, cp, cq, pp, pq, qq] = *net;
     let half = [cc * c + cp * p + cq * q, cp * c + pp * p + pq * q, cq * c + pq * p + qq * q];
@@ -81,9 +98,9 @@ impl SectorBase {
         let [c, p, q] = x;
         let [ccc, ccp, ccq, cpp, cpq, cqq, ppq, pqq] = self.net;
         // One third of the derivatives of the cubic.
-        let by_c = quadratic(&[ccc, ccp, ccq, cpp, cpq, cqq], x).0;
-        let by_p = quadratic(&[ccp, cpp, cpq, 0.0, ppq, pqq], x).0;
-        let by_q = quadratic(&[ccq, cpq, cqq, ppq, pqq, 0.0], x).0;
+        let by_c = quadratic_value([ccc, ccp, ccq, cpp, cpq, cqq], x);
+        let by_p = quadratic_value([ccp, cpp, cpq, 0.0, ppq, pqq], x);
+        let by_q = quadratic_value([ccq, cpq, cqq, ppq, pqq, 0.0], x);
         let mut form = (c * by_c + p * by_p + q * by_q, [by_c, by_p, by_q].map(|d| 3.0 * d));
         if self.turn != [0.0; 2] {
             let mut turned = (0.0, [0.0; 3]);
@@ -96,10 +113,18 @@ impl SectorBase {
         form
     }
 
-    /// The value alone on the edge [p q], c = 0; the same bits from both of its sides.
-    #[inline(always)]
-    pub fn on_edge(&self, p: f64, q: f64) -> f64 {
-        crate::apatch::Base::on_edge([self.net[6], self.net[7]], p, q)
+    /// The value alone.
+    pub fn at(&self, x: [f64; 3]) -> f64 {
+        let [c, p, q] = x;
+        let [ccc, ccp, ccq, cpp, cpq, cqq, ppq, pqq] = self.net;
+        let off_edge = quadratic_value([ccc, 1.5 * ccp, 1.5 * ccq, 3.0 * cpp, 3.0 * cpq, 3.0 * cqq], x);
+        let turned = if self.turn == [0.0; 2] {
+            0.0
+        } else {
+            let [turn, _] = weight_values(x);
+            self.turn[0] * turn[0] + self.turn[1] * turn[1]
+        };
+        crate::apatch::Base::on_edge([ppq, pqq], p, q) + c * (off_edge + 3.0 * turned)
     }
 }
 
@@ -135,7 +160,11 @@ impl SectorSide {
     /// Layers 1, 2 and 3 over a point of the base.
     pub fn layers(&self, x: [f64; 3]) -> [f64; 3] {
         let [c, p, q] = self.layer2;
-        [self.layer1(x).0, c * x[0] + p * x[1] + q * x[2], self.layer3]
+        let [turn, through] = weight_values(x);
+        let turned = self.turn[0] * turn[0] + self.turn[1] * turn[1];
+        let passed = self.through[0] * through[0] + self.through[1] * through[1];
+        let first = quadratic_value(self.layer1, x) + (turned + passed);
+        [first, c * x[0] + p * x[1] + q * x[2], self.layer3]
     }
 
     /// Value and derivatives by the barycentric coordinates of (a, c, p, q), given those of the base for this side.
@@ -192,6 +221,9 @@ mod tests {
                 let slope = (moved(h) - moved(-h)) / (2.0 * h);
                 assert!((slope - d[c]).abs() < 1e-8, "{n} {c}: {slope} {}", d[c]);
             }
+            let foot = [x[1], x[2], x[3]];
+            assert!((base.at(foot) - base.value(foot).0).abs() < 1e-14);
+            assert!((side.layers(foot)[0] - side.layer1(foot).0).abs() < 1e-14);
         }
     }
 

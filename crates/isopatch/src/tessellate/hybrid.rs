@@ -1,9 +1,9 @@
 use super::{APatchResolution, MAX_INTERVALS, SharingError, TessellateError, Tessellation};
 use crate::apatch::Shot;
-use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
+use crate::apatch::grid::{EdgeTable, GridOut};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, Vec3};
-use crate::hybrid::grid::{PyramidTable, SectorTable};
+use crate::hybrid::grid::{PyramidTable, SectorTable, TriangleTable};
 use crate::hybrid::{Foot, HybridFunction, HybridSurface};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh};
 use crate::surface::{Domain, PatchId};
@@ -182,8 +182,7 @@ impl Lattice {
 struct Tables {
     over_edge: Vec<[f64; 3]>,
     edge: EdgeTable,
-    in_triangle: Vec<[f64; 3]>,
-    triangle: FaceTable,
+    triangle: TriangleTable,
     pyramid: PyramidTable,
     sector: SectorTable,
 }
@@ -202,7 +201,6 @@ impl Tables {
             .flat_map(|i| (0..=m).map(move |j| (i, j)))
             .map(|(i, j)| [part(n - i), part(i), j as f64 / m as f64])
             .collect();
-        let in_triangle = triangle::interior_lattice(n);
         // The first corner of the face is at s = t = 1.
         let in_square: Vec<[f64; 2]> = (1..n)
             .flat_map(|j| (1..n).map(move |i| (i, j)))
@@ -215,8 +213,7 @@ impl Tables {
         Self {
             edge: EdgeTable::new(&over_edge),
             over_edge,
-            triangle: FaceTable::new(&in_triangle),
-            in_triangle,
+            triangle: TriangleTable::new(&triangle::interior_lattice(n)),
             pyramid: PyramidTable::new(&in_square),
             sector: SectorTable::new(&in_sector),
         }
@@ -228,9 +225,9 @@ impl Tables {
 
     fn face(&self, function: &HybridFunction, f: FaceId) -> Vec<(Point3, Vec3)> {
         match function.face_domain(f) {
-            Domain::Triangle => evaluated(self.triangle.len(), |out| {
-                function.evaluate_triangle(&self.triangle, &self.in_triangle, f, out);
-            }),
+            Domain::Triangle => {
+                evaluated(self.triangle.len(), |out| self.triangle.evaluate(function, f, out))
+            }
             Domain::Square => evaluated(self.pyramid.len(), |out| self.pyramid.evaluate(function, f, out)),
             Domain::Polygon(corners) => {
                 let center = function.shoot_from(f, Foot::Sector(0, [1.0, 0.0, 0.0]), [[0.0; 3]; 2]);
