@@ -147,10 +147,7 @@ const FINEST_FOR_PICTURE: usize = 64;
 
 /// A surface as flat triangles that are small in a picture.
 pub fn flattened_for_picture(model: &NativeModel, along: Option<usize>) -> Result<Tessellation, Failure> {
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.as_surface();
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
     let finest = || (2..=FINEST_FOR_PICTURE).rev().find(|n| triangles(surface, with(*n)) <= MOST_FOR_PICTURE);
     let along = along.or_else(finest).unwrap_or(2);

@@ -6,11 +6,10 @@ use crate::inspect::read;
 use crate::interrupt::{Interruptible, Writing};
 use crate::outputs::{self, flattened_for_picture};
 use isopatch::io::atomic::Outputs;
-use isopatch::io::native::{NativeModel, NativeSurface};
+use isopatch::io::native::NativeModel;
 use isopatch::io::png::write_png;
 use isopatch::io::read::read_mesh;
 use isopatch::render::{Image, RenderOptions, Style, Subject, Up, View, draw, of_polygons, scene};
-use isopatch::surface::Surface;
 use isopatch::tessellate::Tessellation;
 use std::path::Path;
 
@@ -61,11 +60,8 @@ fn is_native(path: &Path) -> bool {
 /// The picture of a surface.
 pub fn of_model(model: &NativeModel, options: &PictureOptions) -> Result<Image, Failure> {
     let mesh = flattened_for_picture(model, options.resolution)?;
-    let (surface, hull): (&dyn Surface, _) = match &model.surface {
-        NativeSurface::Spline(spline) => (spline.as_ref(), None),
-        NativeSurface::APatches(surface) => (surface.as_ref(), Some(surface.function().hull())),
-    };
-    picture(&mesh, &Subject { surface: Some(surface), hull, singular: &[] }, options)
+    let hull = model.a_patches().map(|surface| surface.function().hull());
+    picture(&mesh, &Subject { surface: Some(model.as_surface()), hull, singular: &[] }, options)
 }
 
 /// The picture of a mesh file as it is.

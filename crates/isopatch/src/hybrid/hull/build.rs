@@ -4,7 +4,7 @@ use super::fit;
 use super::options::{DefaultRule, HybridOptions, Sheets};
 use super::paper_rule;
 use super::place::{Placed, placed};
-use super::settle::settle;
+use super::settle::{Near, settle};
 use super::single_sheet::{self, Certainty};
 use super::wedge;
 use crate::hull::{Problem, Side};
@@ -30,12 +30,17 @@ pub fn build(data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     let count = data.mesh().face_count();
     let mut faces: Vec<Placed> =
         (0..count).into_par_iter().map(|f| placed(&data, f.into(), options)).collect();
+    let near = |f: usize| match faces[f].element {
+        Some(_) => fit::two_stage(&data, f.into(), faces[f].center, faces[f].normal),
+        None => Quadric::ZERO,
+    };
+    let quadrics: Vec<Quadric> = (0..count).into_par_iter().map(near).collect();
     if options.adaptive {
-        settle(&data, &mut faces);
+        settle(&Near { data: &data, quadrics: &quadrics }, &mut faces);
     }
     let problems = problems(&data, &faces);
     let edges = data.mesh().edges().map(|e| edge(&data, &faces, e)).collect();
-    let faces = (0..count).into_par_iter().map(|f| face(&data, &faces[f], f.into())).collect();
+    let faces = faces.iter().zip(quadrics).map(|(placed, quadric)| face(placed, quadric)).collect();
     let all: Vec<FaceId> = data.mesh().faces().collect();
     let mut hull = HybridHull { data, faces, edges };
     if let DefaultRule::Paper { linear } = options.rule {
@@ -48,11 +53,7 @@ pub fn build(data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     BuiltHull { hull, problems, certainty }
 }
 
-fn face(data: &HermitePolygons, placed: &Placed, f: FaceId) -> HybridFace {
-    let quadric = match placed.element {
-        Some(_) => fit::two_stage(data, f, placed.center, placed.normal),
-        None => Quadric::ZERO,
-    };
+fn face(placed: &Placed, quadric: Quadric) -> HybridFace {
     HybridFace {
         class: placed.class,
         element: placed.element,
