@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::sync::LazyLock;
 
 /// The files of the folder `models`, in the order in which they are listed, with the surface's name.
-const FILES: [(&str, &str); 43] = [
+const FILES: [(&str, &str); 65] = [
     ("sphere", include_str!("../../../models/sphere.toml")),
     ("torus", include_str!("../../../models/torus.toml")),
     ("dodeca", include_str!("../../../models/dodeca.toml")),
@@ -16,6 +16,28 @@ const FILES: [(&str, &str); 43] = [
     ("decocube", include_str!("../../../models/decocube.toml")),
     ("tangle", include_str!("../../../models/tangle.toml")),
     ("orthocircles", include_str!("../../../models/orthocircles.toml")),
+    ("ellipsoid", include_str!("../../../models/ellipsoid.toml")),
+    ("superellipsoid", include_str!("../../../models/superellipsoid.toml")),
+    ("superquadric", include_str!("../../../models/superquadric.toml")),
+    ("star", include_str!("../../../models/star.toml")),
+    ("peanut", include_str!("../../../models/peanut.toml")),
+    ("seashell", include_str!("../../../models/seashell.toml")),
+    ("twistedcolumn", include_str!("../../../models/twistedcolumn.toml")),
+    ("threebars", include_str!("../../../models/threebars.toml")),
+    ("blobs", include_str!("../../../models/blobs.toml")),
+    ("goursat", include_str!("../../../models/goursat.toml")),
+    ("chmutov6", include_str!("../../../models/chmutov6.toml")),
+    ("pretzel", include_str!("../../../models/pretzel.toml")),
+    ("bretzel5", include_str!("../../../models/bretzel5.toml")),
+    ("trefoil", include_str!("../../../models/trefoil.toml")),
+    ("hopf", include_str!("../../../models/hopf.toml")),
+    ("borromean", include_str!("../../../models/borromean.toml")),
+    ("gyroid", include_str!("../../../models/gyroid.toml")),
+    ("schwarzp", include_str!("../../../models/schwarzp.toml")),
+    ("schwarzd", include_str!("../../../models/schwarzd.toml")),
+    ("neovius", include_str!("../../../models/neovius.toml")),
+    ("iwp", include_str!("../../../models/iwp.toml")),
+    ("scherk", include_str!("../../../models/scherk.toml")),
     ("cone", include_str!("../../../models/cone.toml")),
     ("whitney", include_str!("../../../models/whitney.toml")),
     ("steiner", include_str!("../../../models/steiner.toml")),
