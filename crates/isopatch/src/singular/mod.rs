@@ -1,5 +1,6 @@
 //! Where an algebraic surface is singular, and what it is there.
 
+pub mod mesh;
 mod set;
 
 pub use set::{
