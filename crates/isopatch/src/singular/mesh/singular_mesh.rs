@@ -70,6 +70,8 @@ pub struct SingularMesh {
     /// Unit normals at the three corners of each triangle: those of the sheet to which the triangle belongs. At a singular
     /// vertex it is the limit along the triangle.
     pub normals: Vec<[Vec3; 3]>,
+    /// The edges on singular arcs, by their ends with the smaller number first, in lexicographic order.
+    pub singular_edges: Vec<[u32; 2]>,
     /// Parts of lower dimension.
     pub lower: Vec<LowerPart>,
 }
@@ -87,16 +89,11 @@ impl SingularMesh {
         edges
     }
 
-    /// What an edge with `valence` triangles is: singular if its ends are singular and on a common arc, else by its valence.
-    pub fn tag(&self, [a, b]: [u32; 2], valence: usize) -> EdgeTag {
-        let kinds = [self.vertices[a as usize], self.vertices[b as usize]];
-        let on_curve = kinds.iter().any(|k| matches!(k, VertexKind::OnCurve(_)));
-        let both = kinds.iter().all(|k| matches!(k, VertexKind::OnCurve(_) | VertexKind::Special(_)));
-        // A whole arc may be one edge; then sheets other than one show it.
-        let is_arc = both && (on_curve || valence != 2);
+    /// What an edge with `valence` triangles is; its ends with the smaller number first.
+    pub fn tag(&self, ends: [u32; 2], valence: usize) -> EdgeTag {
         match valence {
+            _ if self.singular_edges.binary_search(&ends).is_ok() => EdgeTag::Singular,
             1 => EdgeTag::Boundary,
-            _ if is_arc => EdgeTag::Singular,
             2 => EdgeTag::Smooth,
             _ => EdgeTag::Singular,
         }
