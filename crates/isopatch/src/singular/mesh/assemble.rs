@@ -273,8 +273,7 @@ fn roots(
             let start = tree.point(edge.at);
             let end = tree.coordinate(edge.axis, edge.at[edge.axis] + size(edge.level));
             let axes = [(edge.axis + 1) % 3, (edge.axis + 2) % 3, edge.axis];
-            let f = |p: Point3| solver.field.value(p);
-            let plane = Plane { f: &f, isolator: &solver.isolator, axes, height: start[axes[0]] };
+            let plane = Plane { field: solver.field, isolator: &solver.isolator, axes, height: start[axes[0]] };
             // The coordinates of the plane are the axis after the fixed one, and the edge's own.
             plane.on_line(0, start[axes[1]], [start[edge.axis], end])
         })
@@ -317,9 +316,8 @@ fn curve(
     };
     let rectangle = Rectangle { range: range(tree, face), sides: sides.each_ref().map(crossings) };
     let [u, v] = face.plane_axes();
-    let f = |p: Point3| solver.field.value(p);
     let height = tree.coordinate(face.axis, face.at[face.axis]);
-    let plane = Plane { f: &f, isolator: &solver.isolator, axes: [face.axis, u, v], height };
+    let plane = Plane { field: solver.field, isolator: &solver.isolator, axes: [face.axis, u, v], height };
     plane.links(rectangle, pierce.copied(), depth)
 }
 
@@ -328,28 +326,37 @@ fn with_middles(solver: &Solver<'_>, tree: &Tree, face: Face, links: Links, mesh
     let mut curve = Curve { doubtful: links.doubtful, links: Vec::new() };
     let axes = face.plane_axes();
     let range = range(tree, face);
+    let height = tree.coordinate(face.axis, face.at[face.axis]);
+    let mut push = |at: &[f64; 2]| {
+        let mut p = Point3::zeros();
+        p[face.axis] = height;
+        (p[axes[0]], p[axes[1]]) = (at[0], at[1]);
+        mesh.push(p, VertexKind::Regular)
+    };
     for oval in &links.ovals {
-        let ring: Vec<u32> = oval
-            .iter()
-            .map(|at| {
-                let mut p = Point3::zeros();
-                p[face.axis] = tree.coordinate(face.axis, face.at[face.axis]);
-                (p[axes[0]], p[axes[1]]) = (at[0], at[1]);
-                mesh.push(p, VertexKind::Regular)
-            })
-            .collect();
+        let ring: Vec<u32> = oval.iter().map(&mut push).collect();
         curve.links.extend((0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]));
     }
-    for [a, b] in links.links {
+    let chains: Vec<Vec<u32>> = links
+        .links
+        .iter()
+        .map(|link| {
+            let between = link.between.iter().map(&mut push);
+            std::iter::once(link.ends[0]).chain(between).chain([link.ends[1]]).collect()
+        })
+        .collect();
+    for chain in chains {
+        let [a, b] = chain[..] else {
+            curve.links.extend(chain.windows(2).map(|w| [w[0], w[1]]));
+            continue;
+        };
         let (p, q) = (mesh.positions[a as usize], mesh.positions[b as usize]);
         let Some(side) = (0..2).find(|k| p[axes[*k]] == q[axes[*k]]) else {
             curve.links.push([a, b]);
             continue;
         };
-        let f = |p: Point3| solver.field.value(p);
-        let height = p[face.axis];
         let plane =
-            Plane { f: &f, isolator: &solver.isolator, axes: [face.axis, axes[0], axes[1]], height };
+            Plane { field: solver.field, isolator: &solver.isolator, axes: [face.axis, axes[0], axes[1]], height };
         let along = 0.5 * (p[axes[1 - side]] + q[axes[1 - side]]);
         let from = p[axes[side]];
         // `on_line` fixes the first coordinate for 0.

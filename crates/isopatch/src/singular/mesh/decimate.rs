@@ -8,6 +8,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeSet, BinaryHeap, HashMap};
 
 use super::flip::flip;
+use super::mend::mend;
 use super::quality::Judge;
 use super::singular_mesh::{SingularMesh, VertexKind};
 use crate::base::BoxSides;
@@ -40,7 +41,13 @@ pub(super) fn decimate(field: &dyn Field, mesh: &mut SingularMesh, limits: Limit
         let vertices = mesh.positions.len();
         *mesh = state.finish(mesh);
         flip(field, mesh, limits);
+        let mut state = State::new(field, mesh, limits);
+        let mended = state.mend();
+        if mended > 0 {
+            *mesh = state.finish(mesh);
+        }
         if collapsed * WORTH_ANOTHER <= vertices {
+            mend(field, mesh, limits);
             return;
         }
     }
@@ -199,6 +206,42 @@ impl<'a> State<'a> {
             }
         }
         collapsed
+    }
+
+    /// Collapses edges of triangles that turn over, where none does afterwards, whatever their shapes; how many.
+    fn mend(&mut self) -> usize {
+        let mut mended = 0;
+        for t in 0..self.triangles.len() {
+            let Some(corners) = self.triangles[t] else { continue };
+            if self.judge.cosine(corners) > 0.0 {
+                continue;
+            }
+            let mut best: Option<(f64, u32, u32)> = None;
+            for from in corners {
+                for to in self.neighbours(from) {
+                    let worst = if self.keeps_topology(from, to) { self.worst_after(from, to) } else { -1.0 };
+                    if worst > best.map_or(0.0, |b| b.0) {
+                        best = Some((worst, from, to));
+                    }
+                }
+            }
+            if let Some((_, from, to)) = best {
+                self.collapse(from, to);
+                mended += 1;
+            }
+        }
+        mended
+    }
+
+    /// The least cosine of an angle between triangles and surface after a collapse; −1 if one is too far away.
+    fn worst_after(&self, from: u32, to: u32) -> f64 {
+        let changed = self.corners_around(from).filter(|c| !c.contains(&to));
+        let moved = changed.map(|c| c.map(|v| if v == from { to } else { v }));
+        let mut worst: f64 = 1.0;
+        for c in moved {
+            worst = worst.min(if self.judge.is_near(c) { self.judge.cosine(c) } else { -1.0 });
+        }
+        worst
     }
 
     fn candidate(&self, from: u32, to: u32) -> Candidate {

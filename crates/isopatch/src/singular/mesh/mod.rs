@@ -11,6 +11,7 @@ mod assemble;
 mod decimate;
 mod flip;
 mod grid;
+mod mend;
 mod normals;
 mod partition;
 mod plane_curve;

@@ -3,13 +3,14 @@
 //! The rectangle is halved until every part has at most two points on its boundary, which are then joined. The part around
 //! a singular point becomes so small that the curve is a star there.
 
+use crate::field::Field;
 use crate::geom::Point3;
 
 use super::roots::Isolator;
 
 /// f in a plane where one coordinate is fixed.
 pub(super) struct Plane<'a> {
-    pub(super) f: &'a (dyn Fn(Point3) -> f64 + Sync),
+    pub(super) field: &'a dyn Field,
     pub(super) isolator: &'a Isolator,
     /// The fixed coordinate and the two others, right-handed in the order second, third, first.
     pub(super) axes: [usize; 3],
@@ -49,10 +50,17 @@ pub(super) struct Pierce {
     pub(super) vertex: u32,
 }
 
+/// A part of the curve between two vertices, f > 0 on its left, with points between them where it turns.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) ends: [u32; 2],
+    pub(super) between: Vec<[f64; 2]>,
+}
+
 /// Parts of the curve, f > 0 on their left, and whether there was something odd about it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Links {
-    pub(super) links: Vec<[u32; 2]>,
+    pub(super) links: Vec<Link>,
     /// Closed parts inside the rectangle, by points on them.
     pub(super) ovals: Vec<Vec<[f64; 2]>>,
     pub(super) doubtful: bool,
@@ -64,6 +72,12 @@ const PIERCE_DEPTH: usize = 12;
 const MAX_DEPTH: usize = 64;
 /// Where rectangles are divided; others are tried if a point is too near there.
 const SPLITS: [f64; 5] = [0.4871, 0.5237, 0.4519, 0.5563, 0.4133];
+/// Halvings where the curve turns: the rest is a thousand times smaller than the rectangle.
+const TURN_DEPTH: usize = 20;
+/// Cosine of the angle (45°) by which a part of the curve may turn.
+const ONE_DIRECTION: f64 = 0.7;
+/// The same between two points that are kept (25°).
+const KEPT_TURN: f64 = 0.9;
 /// A singular point is not this near to a division, as a share of the rectangle.
 const CLEARANCE: f64 = 0.02;
 
@@ -77,7 +91,7 @@ impl Plane<'_> {
     }
 
     fn value(&self, u: f64, v: f64) -> f64 {
-        (self.f)(self.point(u, v))
+        self.field.value(self.point(u, v))
     }
 
     /// Zeros on the line where coordinate `fixed` (0 is u) is `at`, with the values of f changing upwards or not.
@@ -98,12 +112,26 @@ impl Plane<'_> {
             .collect()
     }
 
-    /// The parts of the curve in the rectangle. It is halved at least `depth` times, to find closed parts.
+    /// The direction of ∇f in the plane.
+    fn gradient(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let g = self.field.gradient(self.point(u, v)).1;
+        let g = [g[self.axes[1]], g[self.axes[2]]];
+        let norm = g[0].hypot(g[1]);
+        if norm > 0.0 { g.map(|c| c / norm) } else { g }
+    }
+
+    /// The parts of the curve in the rectangle. It is halved at least `depth` times, to find closed parts; if that is not 0,
+    /// the points between the ends of a part follow its turns.
     pub(super) fn links(&self, rectangle: Rectangle, pierce: Option<Pierce>, depth: usize) -> Links {
         let mut search = Search { plane: self, least: depth, links: Vec::new(), locals: Vec::new(), doubtful: false };
         search.visit(rectangle, pierce, 0);
         search.finish()
     }
+}
+
+/// Of the angle between two unit vectors.
+fn cosine(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 struct Search<'a> {
@@ -127,6 +155,7 @@ fn enters(side: usize, rises: bool) -> bool {
 
 impl Search<'_> {
     fn visit(&mut self, rectangle: Rectangle, pierce: Option<Pierce>, depth: usize) {
+        let turns = self.least > 0 && depth < TURN_DEPTH && self.turns(&rectangle);
         let all = || {
             let sides = rectangle.sides.iter().enumerate();
             sides.flat_map(|(side, on)| on.iter().map(move |c| (c.node, enters(side, c.rises))))
@@ -140,7 +169,7 @@ impl Search<'_> {
             self.links.extend(star);
             return;
         }
-        let is_simple = count == 0 || count == 2;
+        let is_simple = count == 0 || count == 2 && !turns;
         if pierce.is_none() && (is_simple && depth >= self.least || depth >= MAX_DEPTH) {
             let (from, to): (Vec<_>, Vec<_>) = all().partition(|(_, enters)| *enters);
             self.doubtful |= from.len() != to.len() || count > 2;
@@ -148,6 +177,21 @@ impl Search<'_> {
             return;
         }
         self.split(&rectangle, pierce, depth);
+    }
+
+    /// Has the curve more than one direction between two points on the boundary?
+    fn turns(&self, rectangle: &Rectangle) -> bool {
+        let [[u0, u1], [v0, v1]] = rectangle.range;
+        let place = |(side, c): (usize, &Crossing)| match side {
+            0 => [c.at, v0],
+            1 => [c.at, v1],
+            2 => [u0, c.at],
+            _ => [u1, c.at],
+        };
+        let sides = rectangle.sides.iter().enumerate();
+        let ends: Vec<[f64; 2]> = sides.flat_map(|(side, on)| on.iter().map(move |c| place((side, c)))).collect();
+        let [a, b] = ends[..] else { return false };
+        cosine(self.plane.gradient(a), self.plane.gradient(b)) < ONE_DIRECTION
     }
 
     fn split(&mut self, rectangle: &Rectangle, pierce: Option<Pierce>, depth: usize) {
@@ -211,11 +255,21 @@ impl Search<'_> {
         for [from, to] in &self.links {
             let Node::Vertex(start) = from else { continue };
             let mut end = Some(*to);
+            let mut between = Vec::new();
+            let mut last = None;
             while let Some(Node::Local(i)) = end {
+                let direction = self.plane.gradient(self.locals[i]);
+                if self.least > 0 && last.is_none_or(|last| cosine(last, direction) < KEPT_TURN) {
+                    // The first one only says where the curve starts to turn.
+                    if last.is_some() {
+                        between.push(self.locals[i]);
+                    }
+                    last = Some(direction);
+                }
                 end = if std::mem::replace(&mut used[i], true) { None } else { next[i] };
             }
             match end {
-                Some(Node::Vertex(end)) => found.links.push([*start, end]),
+                Some(Node::Vertex(end)) => found.links.push(Link { ends: [*start, end], between }),
                 _ => found.doubtful = true,
             }
         }

@@ -179,7 +179,6 @@ fn raw_mesh(
     loop {
         let raw = assemble(solver, skeleton, kinds, &partition);
         let mut coarse = divisible(&raw.doubtful, DEEPEST);
-        if std::env::var("DBG").is_ok() { eprintln!("round {round}: cells {} tri {} doubt {:?}", partition.leaves.len(), raw.triangles.len(), raw.doubtful.iter().map(|c| (c.level, partition.tree.bounds_of(*c).center(), &partition.leaves[c])).take(4).collect::<Vec<_>>()); }
         let errors = raw.far_cells(solver.field, tolerance, &partition);
         coarse.extend(errors.into_iter().filter(|cell| cell.level < DEEPEST_FOR_CHORD));
         if coarse.is_empty() || round == options.rounds {
