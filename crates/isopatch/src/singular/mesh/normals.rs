@@ -36,7 +36,9 @@ fn limit(field: &dyn Field, p: Point3, middle: Point3, flat: Vec3) -> Option<Vec
         field.gradient(q).1.try_normalize(0.0).map(|n| if n.dot(&direction) < 0.0 { -n } else { n })
     };
     let [near, far] = TOWARDS.map(at);
-    (near? * 2.0 - far?).try_normalize(f64::EPSILON)
+    let (near, far) = (near?, far?);
+    let extrapolated = (near * 2.0 - far).try_normalize(f64::EPSILON);
+    extrapolated.filter(|n| n.dot(&direction) > 0.0).or(Some(near))
 }
 
 /// A point of the surface on the line through `start` along `direction`; the start if the search leads away.
