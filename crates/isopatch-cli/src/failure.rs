@@ -8,6 +8,7 @@ use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
+use isopatch::recipes::singular::SingularRecipeError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
@@ -38,6 +39,8 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Singular(#[from] SingularRecipeError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -86,6 +89,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }

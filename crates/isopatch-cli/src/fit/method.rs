@@ -20,6 +20,12 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
             "--method apatch takes a mesh; for a formula there is --method spline".into(),
         ));
     }
+    if options.triangulate.is_some() {
+        if options.method == Some(Method::Spline) {
+            return Err(Failure::Unfit("--triangulate makes flat triangles, --method spline a spline".into()));
+        }
+        refuse(&of_splines(options), "for a spline, not for --triangulate")?;
+    }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
 
@@ -59,6 +65,11 @@ fn of_meshes(options: &FitOptions) -> [Given; 4] {
     ]
 }
 
+/// The options that only a spline of a formula takes.
+fn of_splines(options: &FitOptions) -> [Given; 2] {
+    [("--base", options.base.is_some()), ("--base-method", options.base_method.is_some())]
+}
+
 /// The options that only A-patches take.
 fn of_a_patches(options: &FitOptions) -> [Given; 3] {
     [
@@ -69,7 +80,7 @@ fn of_a_patches(options: &FitOptions) -> [Given; 3] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 7] {
+fn of_formulas(options: &FitOptions) -> [Given; 8] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -78,6 +89,7 @@ fn of_formulas(options: &FitOptions) -> [Given; 7] {
         ("--set", !options.set.is_empty()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
+        ("--triangulate", options.triangulate.is_some()),
     ]
 }
 

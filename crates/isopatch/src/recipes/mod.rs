@@ -6,6 +6,8 @@
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
 //! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
+//! [`singular`] triangulates an algebraic surface along its singular points and curves (Bajaj & Xu 1997, sections 3 and 4).
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 pub mod apatch;
@@ -16,6 +18,7 @@ pub mod mesh_spline;
 mod patchwork;
 mod refine;
 mod rounds;
+pub mod singular;
 pub mod spline;
 mod triangulated;
 

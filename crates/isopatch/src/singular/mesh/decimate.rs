@@ -22,6 +22,8 @@ pub(super) struct Limits {
     pub(super) tolerance: f64,
     /// Least |∇f| in this distance.
     pub(super) floor: f64,
+    /// So few triangles are enough.
+    pub(super) enough: usize,
 }
 
 /// Cosine of the largest angle between a triangle and the surface at its corners.
@@ -192,12 +194,15 @@ impl<'a> State<'a> {
             }
         }
         let mut collapsed = 0;
-        while let Some(Candidate { from, to, versions, .. }) = heap.pop() {
+        let mut count = self.triangles.len();
+        while count > self.judge.limits().enough
+            && let Some(Candidate { from, to, versions, .. }) = heap.pop()
+        {
             if versions != [from, to].map(|v| self.versions[v as usize]) {
                 continue;
             }
             if self.keeps_topology(from, to) && self.stays_near(from, to) {
-                self.collapse(from, to);
+                count -= self.collapse(from, to);
                 collapsed += 1;
                 for w in self.neighbours(to) {
                     heap.push(self.candidate(to, w));
@@ -317,12 +322,15 @@ impl<'a> State<'a> {
             && self.judge.is_near(corners)
     }
 
-    fn collapse(&mut self, from: u32, to: u32) {
+    /// Moves `from` into `to`; how many triangles vanish.
+    fn collapse(&mut self, from: u32, to: u32) -> usize {
         let (f, t) = (from as usize, to as usize);
+        let mut vanished = 0;
         for n in std::mem::take(&mut self.around[f]) {
             let Some(corners) = self.triangles[n as usize] else { continue };
             if corners.contains(&to) {
                 self.triangles[n as usize] = None;
+                vanished += 1;
             } else {
                 self.triangles[n as usize] = Some(corners.map(|v| if v == from { to } else { v }));
                 self.around[t].push(n);
@@ -340,6 +348,7 @@ impl<'a> State<'a> {
         }
         self.versions[f] += 1;
         self.versions[t] += 1;
+        vanished
     }
 
     /// The mesh that is left, without the vertices that nothing uses.

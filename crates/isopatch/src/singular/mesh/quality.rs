@@ -34,6 +34,10 @@ impl<'a> Judge<'a> {
         Self { field, positions, kinds, normals: normals.collect(), limits, weights }
     }
 
+    pub(super) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
     /// The least cosine of an angle between a triangle and the surface at its regular corners.
     pub(super) fn cosine(&self, corners: [u32; 3]) -> f64 {
         let [p, q, r] = corners.map(|v| self.positions[v as usize]);

@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use super::arcs::{Arc, Piece, PieceEnd};
 use super::assemble::{RawMesh, Solver, assemble, divisible};
-use super::decimate::Limits;
+use super::decimate::{Limits, decimate};
 use super::grid::{Cell, SPAN};
+use super::normals::set_normals;
 use super::partition::{Center, Content, Fineness, Partition, Skeleton};
 use super::roots::Isolator;
 use super::singular_mesh::{LowerPart, SingularMesh, VertexKind};
 use crate::base::{BoxSide, BoxSides};
-use crate::field::{Field, Formula};
+use crate::field::Field;
 use crate::geom::{Aabb, Point3, Vec3};
 use crate::singular::{CurveKind, LowerDimensional, PointKind, SingularSet, SpecialKind};
 
@@ -22,24 +23,22 @@ pub struct TriangulateOptions {
     /// Least |∇f| in this quotient, in the units of f over those of the model. Default: a thousandth of the median of |∇f|
     /// over the vertices.
     pub gradient_floor: Option<f64>,
-    /// Is the mesh thinned out as far as the tolerance allows? Default yes.
-    pub decimate: bool,
+    /// Number of triangles at which thinning out ends, if the tolerance does not end it before. Default 0: the fewest
+    /// that keep the tolerance; none for a mesh that is not thinned out.
+    pub triangles: Option<usize>,
     /// Most rounds in which cells with something odd are divided. Default 8.
     pub rounds: usize,
 }
 
 impl Default for TriangulateOptions {
     fn default() -> Self {
-        Self { tolerance: 5e-3, gradient_floor: None, decimate: true, rounds: 8 }
+        Self { tolerance: 5e-3, gradient_floor: None, triangles: Some(0), rounds: 8 }
     }
 }
 
 /// Why there is no conforming mesh.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TriangulateError {
-    /// Not a polynomial.
-    #[error("a conforming triangulation needs a polynomial")]
-    NotPolynomial,
     /// The roots along an edge are not found reliably.
     #[error("the degree {degree} is above {MAX_DEGREE}, the highest for a conforming triangulation")]
     Degree {
@@ -71,6 +70,8 @@ pub struct Triangulated {
     pub cells: usize,
     /// Cells of these, beside singularities, for which no bounds show what is in them.
     pub uncertain: usize,
+    /// Least |∇f| in distances.
+    pub gradient_floor: f64,
     /// Places where what was found is not as expected; empty if all went well.
     pub doubtful: Vec<Point3>,
 }
@@ -98,17 +99,19 @@ const SNAP: f64 = 1e-9;
 /// Spacing of the points of arcs by which cells know that an arc is near, as a share of the diagonal of the box.
 const SPACING: f64 = 2e-3;
 
-/// The part of the surface of `formula` in a box as triangles that conform to its singular set there.
+/// The part of the surface f = 0 in a box as triangles that conform to its singular set there.
+///
+/// f is a polynomial of total degree `degree` without repeated factors, `set` its singular set in the box.
 pub fn triangulate(
-    formula: &Formula,
+    field: &dyn Field,
+    degree: u32,
     set: &SingularSet,
     bounds: &Aabb,
     options: &TriangulateOptions,
 ) -> Result<Triangulated, TriangulateError> {
-    let degree = formula.polynomial().ok_or(TriangulateError::NotPolynomial)?.degree();
     let isolator = Isolator::new(degree as usize).filter(|_| degree <= MAX_DEGREE);
     let isolator = isolator.ok_or(TriangulateError::Degree { degree })?;
-    let solver = Solver { field: formula, isolator };
+    let solver = Solver { field, isolator };
     let (skeleton, kinds) = skeleton(&solver, set, bounds)?;
     let tolerance = options.tolerance * bounds.diagonal();
     let mut best: Option<(RawMesh, usize, usize)> = None;
@@ -138,12 +141,12 @@ pub fn triangulate(
     // Before vertices move, an edge between two singular vertices is always a piece of an arc.
     let is_piece = |ends: &[u32; 2]| ends.iter().all(|v| mesh.vertices[*v as usize].is_singular());
     mesh.singular_edges = mesh.edges().into_keys().filter(is_piece).collect();
-    let floor = options.gradient_floor.unwrap_or_else(|| FLOOR_SHARE * median_gradient(formula, &mesh.positions));
-    if options.decimate {
-        super::decimate::decimate(formula, &mut mesh, Limits { tolerance, floor });
+    let floor = options.gradient_floor.unwrap_or_else(|| FLOOR_SHARE * median_gradient(field, &mesh.positions));
+    if let Some(enough) = options.triangles {
+        decimate(field, &mut mesh, Limits { tolerance, floor, enough });
     }
-    super::normals::set_normals(formula, &mut mesh);
-    Ok(Triangulated { mesh, raw_triangles, cells, uncertain, doubtful })
+    set_normals(field, &mut mesh);
+    Ok(Triangulated { mesh, raw_triangles, cells, uncertain, gradient_floor: floor, doubtful })
 }
 
 /// Share of the median of |∇f| below which a gradient counts as that long.
