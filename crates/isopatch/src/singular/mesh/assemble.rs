@@ -52,10 +52,6 @@ struct Gate {
     kind: CurveKind,
 }
 
-/// How often faces of cells that are no graphs are halved at least, to find closed curves in them: the faces of cells beside
-/// singularities, and of those with a centre. In other cells a closed curve is a bump, without which the topology is the same.
-const OVAL_DEPTHS: [usize; 2] = [4, 8];
-
 /// Parameters of a closed arc that differ by no more are the same, on both sides of where it begins anew.
 const SAME_PARAMETER: f64 = 1e-9;
 
@@ -88,23 +84,14 @@ pub(super) fn assemble(
     let sides: Vec<[Vec<Edge>; 4]> = faces.par_iter().map(|face| sides(tree, *face)).collect();
     let roots = roots(solver, tree, &sides, &mut mesh);
     let pierces = pierces(skeleton, partition, &leaves, &faces_of, &gates, &mut mesh);
-    let mut depths: HashMap<Face, usize> = HashMap::new();
-    for (cell, faces) in leaves.iter().zip(&faces_of) {
-        let depth = match partition.leaves[cell] {
-            Content::Graph(_) => continue,
-            Content::Arc(_) | Content::Uncertain => OVAL_DEPTHS[0],
-            Content::Center(..) => OVAL_DEPTHS[1],
-        };
-        for (face, _) in faces {
-            depths.entry(*face).and_modify(|d| *d = depth.max(*d)).or_insert(depth);
-        }
-    }
+    let unknown = leaves.iter().zip(&faces_of).filter(|(cell, _)| !matches!(partition.leaves[*cell], Content::Graph(_)));
+    let thorough: HashSet<Face> = unknown.flat_map(|(_, faces)| faces.iter().map(|(face, _)| *face)).collect();
     let found: Vec<Links> = faces
         .par_iter()
         .zip(&sides)
         .map(|(face, sides)| {
-            let depth = depths.get(face).copied().unwrap_or_default();
-            curve(solver, tree, *face, sides, &roots, pierces.get(face), depth)
+            // In faces between graphs a closed curve is a bump, without which the topology is the same.
+            curve(solver, tree, *face, sides, &roots, pierces.get(face), thorough.contains(face))
         })
         .collect();
     let curves: HashMap<Face, Curve> = faces
@@ -308,7 +295,7 @@ fn curve(
     sides: &[Vec<Edge>; 4],
     roots: &HashMap<Edge, Vec<Root>>,
     pierce: Option<&Pierce>,
-    depth: usize,
+    thorough: bool,
 ) -> Links {
     let crossings = |edges: &Vec<Edge>| {
         let all = edges.iter().filter_map(|e| roots.get(e)).flatten();
@@ -318,7 +305,7 @@ fn curve(
     let [u, v] = face.plane_axes();
     let height = tree.coordinate(face.axis, face.at[face.axis]);
     let plane = Plane { field: solver.field, isolator: &solver.isolator, axes: [face.axis, u, v], height };
-    plane.links(rectangle, pierce.copied(), depth)
+    plane.links(rectangle, pierce.copied(), thorough)
 }
 
 /// Links whose ends are on one straight side of the face get a vertex between them: the chord would run along the side.
@@ -399,13 +386,17 @@ fn fill(
     let bounds = partition.tree.bounds_of(cell);
     let content = &partition.leaves[&cell];
     let groups = connected(&links);
-    let singular = |v: u32| mesh.kinds[v as usize] != VertexKind::Regular;
+    let gates: HashSet<u32> = links.iter().flatten().copied().filter(|v| mesh.kinds[*v as usize] != VertexKind::Regular).collect();
+    let singular = |v: u32| gates.contains(&v);
     let has_gate: Vec<bool> = groups.iter().map(|g| g.iter().flatten().any(|v| singular(*v))).collect();
     let apex = match content {
         Content::Center(c, _) if skeleton.centers[*c].has_sheets => Some(*c as u32),
         Content::Arc(piece) if has_gate.iter().any(|x| *x) => Some(apex(solver, skeleton, piece, partition, mesh)),
         _ => None,
     };
+    if matches!(content, Content::Arc(_)) && apex.is_some() {
+        doubtful |= !run_along(&links, &singular);
+    }
     let all = matches!(content, Content::Center(..));
     if let Content::Center(c, _) = content
         && let Some(parts) = skeleton.centers[*c].parts
@@ -446,6 +437,24 @@ fn apex(
     let at = arc.at(0.5 * (piece.range[0] + piece.range[1]));
     let at = onto_curve(solver.field, at, None, &partition.tree.bounds);
     mesh.push(at, VertexKind::OnCurve(piece.arc as u32))
+}
+
+/// Does every curve that begins where an arc enters a cell end where it leaves it? Otherwise the surface is no cone.
+fn run_along(links: &[[u32; 2]], is_gate: &dyn Fn(u32) -> bool) -> bool {
+    let mut next: HashMap<u32, u32> = HashMap::new();
+    links.iter().filter(|[a, _]| !is_gate(*a)).for_each(|[a, b]| {
+        next.insert(*a, *b);
+    });
+    links.iter().filter(|[a, _]| is_gate(*a)).all(|[a, b]| {
+        let mut end = *b;
+        for _ in 0..links.len() {
+            match next.get(&end) {
+                Some(v) if !is_gate(end) => end = *v,
+                _ => break,
+            }
+        }
+        is_gate(end) && end != *a
+    })
 }
 
 /// The connected parts of a graph.

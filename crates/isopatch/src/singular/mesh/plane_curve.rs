@@ -4,7 +4,7 @@
 //! a singular point becomes so small that the curve is a star there.
 
 use crate::field::Field;
-use crate::geom::Point3;
+use crate::geom::{Aabb, Point3};
 
 use super::roots::Isolator;
 
@@ -74,6 +74,10 @@ const MAX_DEPTH: usize = 64;
 const SPLITS: [f64; 5] = [0.4871, 0.5237, 0.4519, 0.5563, 0.4133];
 /// Halvings where the curve turns: the rest is a thousand times smaller than the rectangle.
 const TURN_DEPTH: usize = 20;
+/// Halvings after which closed parts of the curve are given up: they are then 65,000 times smaller than the rectangle.
+const OVAL_DEPTH: usize = 32;
+/// Bounds the rounding of a few sums.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Cosine of the angle (45°) by which a part of the curve may turn.
 const ONE_DIRECTION: f64 = 0.7;
 /// The same between two points that are kept (25°).
@@ -120,10 +124,10 @@ impl Plane<'_> {
         if norm > 0.0 { g.map(|c| c / norm) } else { g }
     }
 
-    /// The parts of the curve in the rectangle. It is halved at least `depth` times, to find closed parts; if that is not 0,
-    /// the points between the ends of a part follow its turns.
-    pub(super) fn links(&self, rectangle: Rectangle, pierce: Option<Pierce>, depth: usize) -> Links {
-        let mut search = Search { plane: self, least: depth, links: Vec::new(), locals: Vec::new(), doubtful: false };
+    /// The parts of the curve in the rectangle. A thorough search halves it until bounds show that no closed part is missed
+    /// (or the rest is too small), and the points between the ends of a part follow its turns.
+    pub(super) fn links(&self, rectangle: Rectangle, pierce: Option<Pierce>, thorough: bool) -> Links {
+        let mut search = Search { plane: self, thorough, links: Vec::new(), locals: Vec::new(), doubtful: false };
         search.visit(rectangle, pierce, 0);
         search.finish()
     }
@@ -136,8 +140,7 @@ fn cosine(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 struct Search<'a> {
     plane: &'a Plane<'a>,
-    /// Least number of halvings.
-    least: usize,
+    thorough: bool,
     links: Vec<[Node; 2]>,
     /// Where the local points are.
     locals: Vec<[f64; 2]>,
@@ -155,7 +158,6 @@ fn enters(side: usize, rises: bool) -> bool {
 
 impl Search<'_> {
     fn visit(&mut self, rectangle: Rectangle, pierce: Option<Pierce>, depth: usize) {
-        let turns = self.least > 0 && depth < TURN_DEPTH && self.turns(&rectangle);
         let all = || {
             let sides = rectangle.sides.iter().enumerate();
             sides.flat_map(|(side, on)| on.iter().map(move |c| (c.node, enters(side, c.rises))))
@@ -169,14 +171,37 @@ impl Search<'_> {
             self.links.extend(star);
             return;
         }
-        let is_simple = count == 0 || count == 2 && !turns;
-        if pierce.is_none() && (is_simple && depth >= self.least || depth >= MAX_DEPTH) {
+        let is_simple = (count == 0 || count == 2) && (!self.thorough || self.is_settled(&rectangle, count, depth));
+        if pierce.is_none() && (is_simple || depth >= MAX_DEPTH) {
             let (from, to): (Vec<_>, Vec<_>) = all().partition(|(_, enters)| *enters);
             self.doubtful |= from.len() != to.len() || count > 2;
             self.links.extend(from.into_iter().zip(to).map(|((a, _), (b, _))| [a, b]));
             return;
         }
         self.split(&rectangle, pierce, depth);
+    }
+
+    /// Is there no more to be seen in a rectangle with no or two points on its boundary?
+    fn is_settled(&self, rectangle: &Rectangle, count: usize, depth: usize) -> bool {
+        if depth >= OVAL_DEPTH {
+            return true;
+        }
+        if count == 2 && depth < TURN_DEPTH && self.turns(rectangle) {
+            return false;
+        }
+        let [[u0, u1], [v0, v1]] = rectangle.range;
+        let flat = Aabb::new(self.plane.point(u0, v0), self.plane.point(u1, v1));
+        let (f, gradient) = self.plane.field.linear_gradient_range(&flat);
+        if count == 0 && f.excludes_zero() {
+            return true;
+        }
+        // A closed curve has all directions: there is none where f rises along one.
+        let along = [gradient[self.plane.axes[1]], gradient[self.plane.axes[2]]];
+        let center = along.map(|g| g.center);
+        let shared: f64 = (0..3).map(|j| (center[0] * along[0].slope[j] + center[1] * along[1].slope[j]).abs()).sum();
+        let errors = center[0].abs() * along[0].error + center[1].abs() * along[1].error;
+        let square = center[0] * center[0] + center[1] * center[1];
+        square > (shared + errors) * (1.0 + ROUNDING) + ROUNDING * square
     }
 
     /// Has the curve more than one direction between two points on the boundary?
@@ -259,7 +284,7 @@ impl Search<'_> {
             let mut last = None;
             while let Some(Node::Local(i)) = end {
                 let direction = self.plane.gradient(self.locals[i]);
-                if self.least > 0 && last.is_none_or(|last| cosine(last, direction) < KEPT_TURN) {
+                if self.thorough && last.is_none_or(|last| cosine(last, direction) < KEPT_TURN) {
                     // The first one only says where the curve starts to turn.
                     if last.is_some() {
                         between.push(self.locals[i]);
