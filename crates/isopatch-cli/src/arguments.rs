@@ -22,6 +22,7 @@ pub enum Command {
     Fit(Box<Fit>),
     Inspect(Inspect),
     Convert(Convert),
+    Singular(Singular),
     Gallery(Gallery),
 }
 
@@ -284,6 +285,35 @@ pub struct Convert {
     /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
+}
+
+/// Find the singular points and curves of an algebraic surface in a box, and its connected components
+#[derive(Debug, Args)]
+pub struct Singular {
+    /// A polynomial, such as "x^2 = y z^2", with square roots of one kind, or the name of a surface of `isopatch gallery`
+    #[arg(allow_hyphen_values = true, value_parser = values::input)]
+    pub input: String,
+
+    /// The box [default: that of the gallery]
+    #[arg(
+        long = "box",
+        value_name = "XMIN,XMAX,YMIN,YMAX,ZMIN,ZMAX",
+        allow_hyphen_values = true,
+        value_parser = values::bounds
+    )]
+    pub bounds: Option<Aabb>,
+
+    /// The surface f = LEVEL instead of f = 0
+    #[arg(long, allow_hyphen_values = true, value_parser = values::finite)]
+    pub level: Option<f64>,
+
+    /// Value of a name in the formula, as often as wanted
+    #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub set: Vec<String>,
+
+    /// Print JSON: points, curves with samples, components with seeds
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// List the surfaces that have a name

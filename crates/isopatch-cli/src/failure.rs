@@ -10,6 +10,7 @@ use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::singular::SingularRecipeError;
 use isopatch::recipes::spline::RecipeError;
+use isopatch::singular::SingularError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -40,7 +41,9 @@ pub enum Failure {
     #[error(transparent)]
     Recipe(#[from] RecipeError),
     #[error(transparent)]
-    Singular(#[from] SingularRecipeError),
+    Conforming(#[from] SingularRecipeError),
+    #[error(transparent)]
+    Singular(#[from] SingularError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]

@@ -161,8 +161,10 @@ mod tests {
         use num_rational::BigRational;
         // One variable is enough: the axes do the same steps.
         let net = TensorNet::new([5, 0, 0], pseudo_random(6), 0.0);
-        let (mut part, mut exact) =
-            (net.clone(), net.coefficients.iter().map(|c| BigRational::from_float(*c).unwrap()).collect::<Vec<_>>());
+        let (mut part, mut exact) = (
+            net.clone(),
+            net.coefficients.iter().map(|c| BigRational::from_float(*c).unwrap()).collect::<Vec<_>>(),
+        );
         let t = 499.0 / 1024.0;
         let (one, exact_t) = (BigRational::from_float(1.0).unwrap(), BigRational::from_float(t).unwrap());
         for step in 0..12 {

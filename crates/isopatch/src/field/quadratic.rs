@@ -119,8 +119,7 @@ impl QuadraticPolynomial {
 
     /// The two numbers that a polynomial without x, y, z is made of.
     fn as_constant(&self) -> Option<(BigRational, BigRational)> {
-        (self.degree() == 0)
-            .then(|| (self.rational.coefficient([0; 3]), self.irrational.coefficient([0; 3])))
+        (self.degree() == 0).then(|| (self.rational.coefficient([0; 3]), self.irrational.coefficient([0; 3])))
     }
 
     /// 1/(p + q√d) = (p − q√d)/(p² − d q²).
@@ -130,11 +129,7 @@ impl QuadraticPolynomial {
         if norm.is_zero() {
             return None;
         }
-        let conjugate = Self::made(
-            Polynomial::constant(p),
-            Polynomial::constant(-q),
-            self.radicand,
-        );
+        let conjugate = Self::made(Polynomial::constant(p), Polynomial::constant(-q), self.radicand);
         conjugate.scaled(&norm.recip(), budget)
     }
 

@@ -65,7 +65,11 @@ impl Cell {
     pub fn split(&self) -> Vec<Self> {
         let mut parts = vec![self.clone()];
         for axis in 0..3 {
-            parts = parts.iter().flat_map(|part| part.halves(axis)).filter(|p| p.net.range().contains(0.0)).collect();
+            parts = parts
+                .iter()
+                .flat_map(|part| part.halves(axis))
+                .filter(|p| p.net.range().contains(0.0))
+                .collect();
         }
         parts
     }
@@ -79,7 +83,12 @@ impl Cell {
         let [left_gradient, right_gradient] = match &self.gradient {
             Some(nets) => {
                 let parts = nets.each_ref().map(|g| g.split(axis, SPLIT));
-                [0, 1].map(|side| Some(parts.each_ref().map(|part| part[side].clone())))
+                [(0, SPLIT), (1, 1.0 - SPLIT)].map(|(side, width)| {
+                    let mut nets = parts.each_ref().map(|part| part[side].clone());
+                    // By the parameter of the part.
+                    nets[axis] = nets[axis].clone().scaled(width);
+                    Some(nets)
+                })
             }
             None => [None, None],
         };
@@ -129,7 +138,8 @@ impl Cell {
         let at_middle = gradient.each_ref().map(|g| {
             let value = g.value([0.5; 3]);
             // The evaluation is a few steps like those of a split.
-            let error = g.error + 4.0 * f64::EPSILON * (g.degrees.iter().sum::<usize>() + 1) as f64 * g.magnitude();
+            let error =
+                g.error + 4.0 * f64::EPSILON * (g.degrees.iter().sum::<usize>() + 1) as f64 * g.magnitude();
             Interval::new(value - error, value + error)
         });
         let half = Interval::new(-0.5, 0.5);
@@ -206,4 +216,36 @@ fn minor_gradients(h: &[Interval; 6], third: &[[Interval; 3]; 6]) -> [[Interval;
             third[ac][k] * h[bd] + h[ac] * third[bd][k] - third[ad][k] * h[bc] - h[ad] * third[bc][k]
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Constants, Formula};
+    use crate::geom::Point3;
+
+    #[test]
+    fn nets_of_derivatives_are_derivatives_of_nets() {
+        let formula = Formula::parse("x^2y^2+y^2z^2+z^2x^2-4x y z", &Constants::new()).unwrap();
+        let bounds = Aabb::new(Point3::new(-3.0, -3.0, -2.0), Point3::new(3.0, 3.0, 2.0));
+        let f = UnitPolynomial::new(&formula.quadratic_polynomial().unwrap(), &bounds);
+        let cell = Aabb::new(Point3::new(0.49, -0.002, -0.003), Point3::new(0.51, 0.001, 0.005));
+        let precise = Cell::precise(&f, cell).gradient();
+        let plain = Cell::new(&f, cell).gradient();
+        let scale = precise[0].magnitude() / plain[0].magnitude();
+        for axis in 0..3 {
+            for (a, b) in precise[axis].coefficients.iter().zip(&plain[axis].coefficients) {
+                assert!((a - scale * b).abs() < 1e-9 * precise[axis].magnitude(), "axis {axis}: {a} {b}");
+            }
+        }
+        assert!(Cell::new(&f, cell).may_hold(Stratum::RankOne));
+        assert!(Cell::precise(&f, cell).may_hold(Stratum::RankOne));
+        assert_eq!(Cell::precise(&f, cell).critical(), Critical::Unknown);
+        let held = Cell::precise(&f, cell)
+            .split()
+            .iter()
+            .filter(|c| c.may_hold(Stratum::RankOne) && c.critical() != Critical::None)
+            .count();
+        assert!(held > 0);
+    }
 }

@@ -27,7 +27,8 @@ pub(super) fn clusters(cells: &[Cell]) -> Vec<Vec<usize>> {
             let bounds = cells[members[next]].bounds.grown(margin);
             next += 1;
             let [x, y, z] = bucket(bounds.center());
-            let near = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).flat_map(move |y| (z - 1..=z + 1).map(move |z| [x, y, z])));
+            let near = (x - 1..=x + 1)
+                .flat_map(|x| (y - 1..=y + 1).flat_map(move |y| (z - 1..=z + 1).map(move |z| [x, y, z])));
             for &other in near.filter_map(|key| grid.get(&key)).flatten() {
                 if cluster[other] == usize::MAX && cells[other].bounds.overlaps(&bounds) {
                     cluster[other] = number;

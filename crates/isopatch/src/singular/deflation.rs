@@ -126,7 +126,8 @@ impl Equations {
             })),
         }
         if system == System::Touching {
-            let jacobian: Vec<[Series; 3]> = series.iter().map(|s| [0, 1, 2].map(|a| s.derivative(a))).collect();
+            let jacobian: Vec<[Series; 3]> =
+                series.iter().map(|s| [0, 1, 2].map(|a| s.derivative(a))).collect();
             let size = jacobian.iter().flatten().map(|s| s.0[0] * s.0[0]).sum::<f64>().sqrt();
             for (i, row) in jacobian.iter().enumerate() {
                 for other in &jacobian[..i] {
@@ -137,7 +138,10 @@ impl Equations {
                 }
             }
         }
-        Self { values: series.iter().map(|s| s.0[0]).collect(), rows: series.iter().map(Series::gradient).collect() }
+        Self {
+            values: series.iter().map(|s| s.0[0]).collect(),
+            rows: series.iter().map(Series::gradient).collect(),
+        }
     }
 
     /// The Gauss–Newton step in the directions of the `rank` largest singular values, these values over the largest,
@@ -162,7 +166,11 @@ impl Equations {
             return None;
         }
         let step = order[..rank].iter().zip(sigma).fold(Vec3::zeros(), |step, (&i, sigma_i)| {
-            if sigma_i <= SINGULAR * sigma[0] { step } else { step - v.row(i).transpose() * (u.column(i).dot(&right) / sigma_i) }
+            if sigma_i <= SINGULAR * sigma[0] {
+                step
+            } else {
+                step - v.row(i).transpose() * (u.column(i).dot(&right) / sigma_i)
+            }
         });
         Some((step, sigma.map(|s| s / sigma[0]), v.row(order[2]).transpose()))
     }
@@ -190,7 +198,13 @@ pub(super) struct Foot {
 
 /// The solution of a system near a point, by Gauss–Newton steps in the `rank` directions that change it most; none if
 /// they lead farther away than `reach` or do not come to rest.
-pub(super) fn solve(f: &UnitPolynomial, system: System, start: Point3, rank: usize, reach: f64) -> Option<Foot> {
+pub(super) fn solve(
+    f: &UnitPolynomial,
+    system: System,
+    start: Point3,
+    rank: usize,
+    reach: f64,
+) -> Option<Foot> {
     let mut at = start;
     let mut last = f64::INFINITY;
     let mut foot = None;

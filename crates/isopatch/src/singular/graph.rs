@@ -24,7 +24,11 @@ struct Edge {
 }
 
 /// The graph of the arcs, in model units, and the places that no arc reaches.
-pub(super) fn graph(algebraic: &Algebraic, known: &[(Point3, f64)], arcs: Vec<Arc>) -> (SingularSet, Vec<usize>) {
+pub(super) fn graph(
+    algebraic: &Algebraic,
+    known: &[(Point3, f64)],
+    arcs: Vec<Arc>,
+) -> (SingularSet, Vec<usize>) {
     let mut places: Vec<(Point3, Option<SpecialKind>)> = known.iter().map(|(p, _)| (*p, None)).collect();
     let mut place = |end: &End| match *end {
         End::Special(i) => i,
@@ -51,8 +55,18 @@ pub(super) fn graph(algebraic: &Algebraic, known: &[(Point3, f64)], arcs: Vec<Ar
     let mut set = SingularSet::default();
     let mut alone = Vec::new();
     let mut numbers = vec![usize::MAX; places.len()];
+    let exact: Vec<Option<Point3>> = places
+        .iter()
+        .enumerate()
+        .map(|(i, (at, _))| {
+            let radius = known.get(i).map_or(SIDE_RADIUS, |(_, r)| *r);
+            algebraic.exact_place(*at, radius).map(|p| nearest(&p))
+        })
+        .collect();
+    let model: Vec<Point3> =
+        places.iter().zip(&exact).map(|((at, _), p)| p.unwrap_or(algebraic.unit.model(*at))).collect();
     let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|a, b| lexicographic(&places[*a].0, &places[*b].0));
+    order.sort_by(|a, b| lexicographic(&model[*a], &model[*b]));
     for number in order {
         let (at, found) = places[number];
         let incident: Vec<CurveKind> = edges
@@ -66,13 +80,11 @@ pub(super) fn graph(algebraic: &Algebraic, known: &[(Point3, f64)], arcs: Vec<Ar
             }
             continue;
         }
-        let radius = known.get(number).map_or(SIDE_RADIUS, |(_, r)| *r);
-        let exact = algebraic.exact_place(at, radius);
         numbers[number] = set.special.len();
         set.special.push(SpecialPoint {
-            at: exact.as_ref().map_or(algebraic.unit.model(at), nearest),
+            at: model[number],
             kind: found.unwrap_or_else(|| special_kind(algebraic, at, &incident)),
-            status: if exact.is_some() { Status::Exact } else { Status::Numerical },
+            status: if exact[number].is_some() { Status::Exact } else { Status::Numerical },
         });
     }
     for edge in edges {
@@ -167,7 +179,11 @@ fn kind(algebraic: &Algebraic, arc: &Arc) -> CurveKind {
         }
         System::RankOne => CurveKind::Cuspidal,
         System::Flat | System::Touching => {
-            if has_both_signs(algebraic, &middle) { CurveKind::Tangential } else { CurveKind::Stick }
+            if has_both_signs(algebraic, &middle) {
+                CurveKind::Tangential
+            } else {
+                CurveKind::Stick
+            }
         }
     }
 }
@@ -196,7 +212,9 @@ fn special_kind(algebraic: &Algebraic, at: Point3, incident: &[CurveKind]) -> Sp
     match incident {
         [_, _, _, ..] => SpecialKind::Triple,
         [a, b] => match (a, b) {
-            (CurveKind::Crossing, CurveKind::Stick) | (CurveKind::Stick, CurveKind::Crossing) => SpecialKind::Pinch,
+            (CurveKind::Crossing, CurveKind::Stick) | (CurveKind::Stick, CurveKind::Crossing) => {
+                SpecialKind::Pinch
+            }
             _ => SpecialKind::Cusp,
         },
         // A pinch point in a side of the box, or the true end of an arc.

@@ -87,7 +87,11 @@ pub(super) fn relation(numbers: &[BigInt], digits: u64) -> Option<Vec<BigInt>> {
     const SHARE: (u64, u64) = (2, 3);
     let n = numbers.len();
     let mut basis: Vec<Vec<BigInt>> = (0..n)
-        .map(|i| (0..=n).map(|j| if j == n { numbers[i].clone() } else { BigInt::from(u8::from(i == j)) }).collect())
+        .map(|i| {
+            (0..=n)
+                .map(|j| if j == n { numbers[i].clone() } else { BigInt::from(u8::from(i == j)) })
+                .collect()
+        })
         .collect();
     reduce(&mut basis);
     let first = &basis[0][..n];

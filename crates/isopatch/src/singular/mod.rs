@@ -2,6 +2,7 @@
 
 mod cell;
 mod cluster;
+mod components;
 mod deflation;
 mod error;
 mod find;
@@ -20,8 +21,9 @@ mod tolerance;
 mod trace;
 mod unit;
 
+pub use components::Components;
 pub use error::SingularError;
-pub use search::{SingularOptions, singular_set};
+pub use search::{Analysis, SingularOptions, analyse, singular_set};
 pub use set::{
     CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
     SpecialKind, SpecialPoint, Status,

@@ -19,8 +19,10 @@ const HIGHEST_ORDER: usize = 14;
 /// The dimension of Q[x]/(I + m^(k+1)) is the number of monomials up to degree k less the rank of the multiples of the
 /// generators, truncated at degree k. When it stays the same from one k to the next, it stays for good (Nakayama).
 pub(super) fn multiplicity(f: &Polynomial, p: &[BigRational; 3]) -> Option<usize> {
-    let generators: Vec<Vec<([usize; 3], u64)>> =
-        std::iter::once(f.clone()).chain((0..3).map(|a| f.derivative(a))).map(|g| moved(&g, p)).collect::<Option<_>>()?;
+    let generators: Vec<Vec<([usize; 3], u64)>> = std::iter::once(f.clone())
+        .chain((0..3).map(|a| f.derivative(a)))
+        .map(|g| moved(&g, p))
+        .collect::<Option<_>>()?;
     let mut last = 0;
     for order in 0..=HIGHEST_ORDER {
         let monomials = monomials(order);
@@ -65,7 +67,8 @@ fn moved(g: &Polynomial, p: &[BigRational; 3]) -> Option<Vec<([usize; 3], u64)>>
                 for k in 0..=e[2] {
                     let target = [i, j, k];
                     let factor = (0..3).fold(c, |product, a| {
-                        let binomial = num_integer::binomial(e[a] as u128, target[a] as u128) % u128::from(PRIME);
+                        let binomial =
+                            num_integer::binomial(e[a] as u128, target[a] as u128) % u128::from(PRIME);
                         times(times(product, binomial as u64), power(p[a], (e[a] - target[a]) as u64))
                     });
                     let entry = sum.entry(target).or_insert(0);
@@ -83,7 +86,9 @@ fn residue(q: &BigRational) -> Option<u64> {
     let prime = BigInt::from(PRIME);
     let reduce = |n: &BigInt| (((n % &prime) + &prime) % &prime).to_u64();
     let denominator = reduce(q.denom())?;
-    (!denominator.is_zero()).then(|| reduce(q.numer()).map(|n| times(n, power(denominator, PRIME - 2)))).flatten()
+    (!denominator.is_zero())
+        .then(|| reduce(q.numer()).map(|n| times(n, power(denominator, PRIME - 2))))
+        .flatten()
 }
 
 fn times(a: u64, b: u64) -> u64 {

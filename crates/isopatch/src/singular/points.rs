@@ -92,7 +92,8 @@ impl Algebraic<'_> {
         match exact {
             Some(p) => (0..3).all(|a| {
                 let side = |value: f64| BigRational::from_float(value);
-                side(self.bounds.min[a]).is_some_and(|s| s <= p[a]) && side(self.bounds.max[a]).is_some_and(|s| s >= p[a])
+                side(self.bounds.min[a]).is_some_and(|s| s <= p[a])
+                    && side(self.bounds.max[a]).is_some_and(|s| s >= p[a])
             }),
             None => self.unit.bounds.grown(radius + ON_SIDE).contains(&at),
         }

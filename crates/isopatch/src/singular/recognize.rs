@@ -174,7 +174,8 @@ fn in_field(numbers: &[&BigInt], theta: &BigInt, degree: usize) -> Option<Algebr
     }
     let minimal = relation(&powers, DIGITS)?;
     let leading = minimal.last().filter(|c| !c.is_zero())?;
-    let reduction: Element = minimal[..degree].iter().map(|c| -BigRational::new(c.clone(), leading.clone())).collect();
+    let reduction: Element =
+        minimal[..degree].iter().map(|c| -BigRational::new(c.clone(), leading.clone())).collect();
     let mut elements = numbers.iter().map(|number| {
         let mut list: Vec<BigInt> = powers[..degree].to_vec();
         list.push((*number).clone());
@@ -215,7 +216,7 @@ fn simplest(q: &BigRational, tolerance: &BigRational) -> BigRational {
 
 /// Do f and ∇f vanish at a rational point? Both parts must, because √d is irrational.
 pub(super) fn is_singular_at(f: &QuadraticPolynomial, p: &[BigRational; 3]) -> bool {
-    [&f.rational, &f.irrational].iter().all(|part| {
-        part.value(p).is_zero() && (0..3).all(|a| part.derivative(a).value(p).is_zero())
-    })
+    [&f.rational, &f.irrational]
+        .iter()
+        .all(|part| part.value(p).is_zero() && (0..3).all(|a| part.derivative(a).value(p).is_zero()))
 }

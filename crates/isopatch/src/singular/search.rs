@@ -1,12 +1,13 @@
 //! From a formula to its singular set.
 
 use super::SingularError;
+use super::components::{Components, components};
 use super::find::find;
 use super::set::SingularSet;
 use super::square_free::square_free;
 use super::unit::UnitPolynomial;
-use crate::field::Formula;
-use crate::geom::Aabb;
+use crate::field::{Formula, QuadraticPolynomial};
+use crate::geom::{Aabb, Point3};
 
 /// How the search is done.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,15 @@ impl Default for SingularOptions {
     }
 }
 
+/// What is known about a surface in a box.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Analysis {
+    /// Where it is singular.
+    pub singular: SingularSet,
+    /// Its connected parts, of every dimension; none if they are too many or too fine to be counted.
+    pub components: Option<Components>,
+}
+
 /// The singular set of the surface f = 0 in a closed box.
 ///
 /// f is a polynomial with rational coefficients, which may hold one square root; repeated factors are divided out. Outside
@@ -32,6 +42,31 @@ pub fn singular_set(
     bounds: &Aabb,
     options: &SingularOptions,
 ) -> Result<SingularSet, SingularError> {
+    let (reduced, unit) = prepared(formula, bounds, options)?;
+    find(&reduced, &unit, bounds)
+}
+
+/// The singular set and the connected components of the real surface f = 0 in a closed box.
+pub fn analyse(
+    formula: &Formula,
+    bounds: &Aabb,
+    options: &SingularOptions,
+) -> Result<Analysis, SingularError> {
+    let (reduced, unit) = prepared(formula, bounds, options)?;
+    let singular = find(&reduced, &unit, bounds)?;
+    let samples = singular.curves.iter().flat_map(|curve| &curve.samples).map(|s| s.at);
+    let places = singular.points.iter().map(|p| p.at).chain(singular.special.iter().map(|s| s.at));
+    let places: Vec<Point3> = places.chain(samples).map(|p| (p - unit.center) / unit.scale).collect();
+    let components = components(&unit, &places);
+    Ok(Analysis { singular, components })
+}
+
+/// f without repeated factors, exact and in unit coordinates.
+fn prepared(
+    formula: &Formula,
+    bounds: &Aabb,
+    options: &SingularOptions,
+) -> Result<(QuadraticPolynomial, UnitPolynomial), SingularError> {
     let size = bounds.size();
     if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
         return Err(SingularError::Box);
@@ -45,5 +80,6 @@ pub fn singular_set(
         return Err(SingularError::Degree { degree, limit });
     }
     let reduced = square_free(&polynomial)?;
-    find(&reduced, &UnitPolynomial::new(&reduced, bounds), bounds)
+    let unit = UnitPolynomial::new(&reduced, bounds);
+    Ok((reduced, unit))
 }

@@ -54,7 +54,8 @@ impl Residues {
 
     /// gcd(u, u') = 1.
     fn is_square_free(&self) -> bool {
-        let derivative = self.values.iter().enumerate().skip(1).map(|(k, c)| c * k as u64 % self.prime).collect();
+        let derivative =
+            self.values.iter().enumerate().skip(1).map(|(k, c)| c * k as u64 % self.prime).collect();
         let mut a = Self { values: self.values.clone(), prime: self.prime };
         let mut b = Self::trimmed(derivative, self.prime);
         while !b.values.is_empty() {
@@ -202,7 +203,9 @@ fn product(a: &Polynomial, b: &Polynomial) -> Polynomial {
 }
 
 fn minus(a: &Polynomial, b: &Polynomial) -> Polynomial {
-    Polynomial::from_terms(a.terms().map(|(e, c)| (e, c.clone())).chain(b.terms().map(|(e, c)| (e, -c.clone()))))
+    Polynomial::from_terms(
+        a.terms().map(|(e, c)| (e, c.clone())).chain(b.terms().map(|(e, c)| (e, -c.clone()))),
+    )
 }
 
 fn power_of(axis: usize, k: u32) -> Polynomial {
@@ -274,6 +277,9 @@ mod tests {
     #[test]
     fn zero_and_constants_have_divisors() {
         assert!(BigRational::zero().is_zero());
-        assert_eq!(gcd(&parsed("x y").rational, &parsed("x z").rational).map(|g| normalized(&g)), Some(parsed("x").rational));
+        assert_eq!(
+            gcd(&parsed("x y").rational, &parsed("x z").rational).map(|g| normalized(&g)),
+            Some(parsed("x").rational)
+        );
     }
 }

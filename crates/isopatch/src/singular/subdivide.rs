@@ -102,10 +102,8 @@ pub(super) fn locate(f: &UnitPolynomial, bounds: Aabb, stratum: Stratum) -> Resu
             continue;
         }
         // Larger by a little, so that points on the border are inside, and not in proportion.
-        let bounds = Aabb::new(
-            bounds.min - 0.0713 * Point3::repeat(size),
-            bounds.max + 0.0591 * Point3::repeat(size),
-        );
+        let bounds =
+            Aabb::new(bounds.min - 0.0713 * Point3::repeat(size), bounds.max + 0.0591 * Point3::repeat(size));
         let rest = refine(vec![Cell::precise(f, bounds)], LEVELS, MOST_CELLS, stratum)?;
         result.found.extend(rest.found);
         for members in clusters(&rest.cells) {
@@ -126,4 +124,37 @@ pub(super) fn locate(f: &UnitPolynomial, bounds: Aabb, stratum: Stratum) -> Resu
         }
     }
     Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Constants, Formula};
+
+    #[test]
+    fn pinch_points_of_the_steiner_surface_are_located() {
+        let formula = Formula::parse("x^2y^2+y^2z^2+z^2x^2-4x y z", &Constants::new()).unwrap();
+        let bounds = Aabb::new(Point3::new(-3.0, -3.0, -2.0), Point3::new(3.0, 3.0, 2.0));
+        let f = UnitPolynomial::new(&formula.quadratic_polynomial().unwrap(), &bounds);
+        for pinch in [Point3::new(0.5, 0.0, 0.0), Point3::new(0.0, -0.5, 0.0), Point3::new(0.0, 0.0, 0.5)] {
+            // Not in proportion, as the hulls of a few boxes are, and its parts no better.
+            let around = Aabb::new(
+                pinch - Point3::new(0.0046, 0.00076, 0.0023),
+                pinch + Point3::new(0.0046, 0.0021, 0.0031),
+            );
+            let mut cell = Cell::precise(&f, around);
+            for level in 0..30 {
+                let parts = cell.split();
+                let Some(next) = parts.iter().find(|c| c.bounds.grown(1e-16).contains(&pinch)) else {
+                    panic!("{pinch:?}: no part at level {level}")
+                };
+                assert!(next.may_hold(Stratum::Singular), "{pinch:?} not singular at level {level}");
+                assert!(next.may_hold(Stratum::RankOne), "{pinch:?} not rank one at level {level}");
+                assert_ne!(next.critical(), Critical::None, "{pinch:?} level {level}");
+                cell = next.clone();
+            }
+            let located = locate(&f, around, Stratum::RankOne).unwrap();
+            assert!(located.points.iter().any(|(p, _)| (p - pinch).norm() < 1e-12), "{pinch:?}: {located:?}");
+        }
+    }
 }

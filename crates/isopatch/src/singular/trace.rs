@@ -82,8 +82,7 @@ impl Tracer<'_> {
             return Arc { system, samples, ends: None };
         };
         let (backward, begin) = self.follow(system, seed, -seed.tangent);
-        let mut samples: Vec<CurveSample> =
-            backward.iter().rev().map(|s| sample(s.at, -s.tangent)).collect();
+        let mut samples: Vec<CurveSample> = backward.iter().rev().map(|s| sample(s.at, -s.tangent)).collect();
         samples.push(first);
         samples.extend(forward);
         let begin = begin.unwrap_or(End::Lost(seed.at));
@@ -110,7 +109,11 @@ impl Tracer<'_> {
                 }
             };
             let Some(next) = next else {
-                return if distance < NEAR { self.arrive(samples, near) } else { (samples, Some(End::Lost(here.at))) };
+                return if distance < NEAR {
+                    self.arrive(samples, near)
+                } else {
+                    (samples, Some(End::Lost(here.at)))
+                };
             };
             if !self.bounds.grown(OUTSIDE).contains(&next.at) {
                 let last = self.leave(system, &here, length);
@@ -122,7 +125,10 @@ impl Tracer<'_> {
                 return (samples, Some(End::Side(last.at)));
             }
             let back = next.at - seed.at;
-            if samples.len() > 3 && back.norm() < 0.75 * length.max(STEP) && direction.dot(&next.tangent) > 0.5 {
+            if samples.len() > 3
+                && back.norm() < 0.75 * length.max(STEP)
+                && direction.dot(&next.tangent) > 0.5
+            {
                 if direction.dot(&back) < 0.0 && back.norm() > 0.25 * STEP {
                     samples.push(next);
                 }
@@ -139,7 +145,8 @@ impl Tracer<'_> {
         let predicted = here.at + length * here.tangent;
         let foot = self.on_curve(system, predicted, 0.5 * length)?;
         let tangent = if foot.tangent.dot(&here.tangent) < 0.0 { -foot.tangent } else { foot.tangent };
-        let straight = (foot.at - predicted).norm() <= STRAIGHT * length && tangent.dot(&here.tangent) >= TURN;
+        let straight =
+            (foot.at - predicted).norm() <= STRAIGHT * length && tangent.dot(&here.tangent) >= TURN;
         straight.then_some(CurveSample { at: foot.at, tangent })
     }
 

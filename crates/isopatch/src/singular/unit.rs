@@ -146,9 +146,11 @@ impl UnitPolynomial {
         let fixed = [0, 1, 2].map(|a| Fixed::new(u[a]));
         let (value, digits) = self.fixed_derivative(&fixed, by);
         let value = ratio(&value, digits + self.digits);
-        let factorials: f64 =
-            (0..3).map(|a| (0..by[a]).map(|k| (self.degrees[a] as f64 - f64::from(k)).max(1.0)).product::<f64>()).product();
-        let inherited = if self.error.is_zero() { 0.0 } else { 2.0 * factorials * ratio(&self.error, self.digits) };
+        let factorials: f64 = (0..3)
+            .map(|a| (0..by[a]).map(|k| (self.degrees[a] as f64 - f64::from(k)).max(1.0)).product::<f64>())
+            .product();
+        let inherited =
+            if self.error.is_zero() { 0.0 } else { 2.0 * factorials * ratio(&self.error, self.digits) };
         (value, inherited + f64::EPSILON * value.abs() + f64::MIN_POSITIVE)
     }
 
@@ -253,7 +255,12 @@ impl Dense {
     fn terms(&self) -> Vec<(Exponents, BigInt)> {
         let [_, m, n] = self.degrees.map(|d| d + 1);
         let exponents = |i: usize| [(i / n / m) as u32, (i / n % m) as u32, (i % n) as u32];
-        self.values.iter().enumerate().filter(|(_, c)| !c.is_zero()).map(|(i, c)| (exponents(i), c.clone())).collect()
+        self.values
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| !c.is_zero())
+            .map(|(i, c)| (exponents(i), c.clone()))
+            .collect()
     }
 
     /// Replaces every row along an axis by the matrix (rows of n + 1 numbers) times it.
@@ -303,7 +310,9 @@ impl Dense {
             .map(|i| {
                 (0..=n)
                     .map(|e| {
-                        (0..=i).map(|j| binomial(i, j) * (&common / binomial(n, j)) * &powers[j][e]).sum::<BigInt>()
+                        (0..=i)
+                            .map(|j| binomial(i, j) * (&common / binomial(n, j)) * &powers[j][e])
+                            .sum::<BigInt>()
                     })
                     .collect()
             })
