@@ -92,6 +92,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Conforming(_)
             | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }

@@ -192,7 +192,9 @@ pub fn write(
         outputs.write(&file.path, |out| {
             let mut out = Interruptible(out);
             match &mesh {
-                Some(mesh) if is_flat(model, file, style) => write_mesh(model.provenance.unit, mesh, file.format, &mut out),
+                Some(mesh) if is_flat(model, file, style) => {
+                    write_mesh(model.provenance.unit, mesh, file.format, &mut out)
+                }
                 _ => write_patches(model, file, style, &mut out),
             }
         })?;
@@ -222,10 +224,14 @@ pub fn check_triangles(files: &[OutputFile], style: &Style) -> Result<(), Failur
         return Err(Failure::Unfit(format!("{path}: {WHAT}, for .glb .obj .ply .stl and .vtu")));
     }
     if !matches!(style.fineness, Fineness::Standard) {
-        return Err(Failure::Unfit(format!("--resolution and --chord are for patches; {WHAT}: see --tol and --faces")));
+        return Err(Failure::Unfit(format!(
+            "--resolution and --chord are for patches; {WHAT}: see --tol and --faces"
+        )));
     }
     match style.cells {
-        Some(VtkCells::Bezier | VtkCells::Lagrange) => Err(Failure::Unfit(format!("--cells: {WHAT}; their .vtu has linear cells"))),
+        Some(VtkCells::Bezier | VtkCells::Lagrange) => {
+            Err(Failure::Unfit(format!("--cells: {WHAT}; their .vtu has linear cells")))
+        }
         Some(VtkCells::Linear) | None => Ok(()),
     }
 }

@@ -78,19 +78,32 @@ fn triangles(report: &Report, singular: &SingularReport, lines: &mut Lines) {
     let base = &report.base;
     lines.add(
         "triangles",
-        format!("{}, flat (G0), {} vertices, {} sheets with normals of their own", base.faces, base.vertices, singular.sheets),
+        format!(
+            "{}, flat (G0), {} vertices, {} sheets with normals of their own",
+            base.faces, base.vertices, singular.sheets
+        ),
     );
     let edges: usize = singular.edges_by_valence.values().sum();
-    let valences: Vec<String> =
-        singular.edges_by_valence.iter().map(|(valence, count)| format!("{count} with {valence} triangles")).collect();
-    let edges = if edges == 0 { String::new() } else { format!("; edges along them: {}", valences.join(", ")) };
+    let valences: Vec<String> = singular
+        .edges_by_valence
+        .iter()
+        .map(|(valence, count)| format!("{count} with {valence} triangles"))
+        .collect();
+    let edges =
+        if edges == 0 { String::new() } else { format!("; edges along them: {}", valences.join(", ")) };
     let SingularReport { points, arcs, special, lower_dimensional: [isolated, sticks], .. } = singular;
     lines.add("singular", format!("{points} points, {arcs} arcs between {special} special points{edges}"));
     if isolated + sticks > 0 {
-        lines.add("", format!("{isolated} isolated points and {sticks} curves without sheets, which no triangle shows"));
+        lines.add(
+            "",
+            format!("{isolated} isolated points and {sticks} curves without sheets, which no triangle shows"),
+        );
     }
     let SingularReport { cells, cells_uncertain, doubtful_at, folded, .. } = singular;
-    lines.add("certainty", format!("{cells_uncertain} of {cells} cells, beside singularities, rest on numbers alone"));
+    lines.add(
+        "certainty",
+        format!("{cells_uncertain} of {cells} cells, beside singularities, rest on numbers alone"),
+    );
     if let [x, y, z] = doubtful_at.first().copied().unwrap_or([f64::NAN; 3])
         && x.is_finite()
     {
@@ -150,7 +163,10 @@ fn accuracy(report: &Report, lines: &mut Lines) {
     }
     if let (Some(max), None) = (surface.max_distance_first_order, surface.max_distance) {
         let rms = surface.rms_distance_first_order.unwrap_or(f64::NAN);
-        lines.add("distance", format!("at most {max:.2e}, RMS {rms:.2e} (of the diagonal, |f|/|∇f|, measured)"));
+        lines.add(
+            "distance",
+            format!("at most {max:.2e}, RMS {rms:.2e} (of the diagonal, |f|/|∇f|, measured)"),
+        );
     }
     lines.add(
         "seams",

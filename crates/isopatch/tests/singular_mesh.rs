@@ -8,8 +8,8 @@ use isopatch::singular::mesh::{
     EdgeTag, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
 };
 use isopatch::singular::{
-    CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet, SpecialKind,
-    SpecialPoint, Status,
+    CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
+    SpecialKind, SpecialPoint, Status,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -35,7 +35,13 @@ impl Known {
             self.set.lower_dimensional.push(LowerDimensional::Point(self.set.points.len()));
         }
         let at = at.into();
-        self.set.points.push(SingularPoint { at, kind, multiplicity: None, radius: 0.0, status: Status::Exact });
+        self.set.points.push(SingularPoint {
+            at,
+            kind,
+            multiplicity: None,
+            radius: 0.0,
+            status: Status::Exact,
+        });
         self
     }
 
@@ -80,8 +86,10 @@ impl Known {
 
     /// `tolerance` is a length.
     fn mesh(&self, tolerance: f64) -> Triangulated {
-        let options =
-            TriangulateOptions { tolerance: tolerance / self.bounds.diagonal(), ..TriangulateOptions::default() };
+        let options = TriangulateOptions {
+            tolerance: tolerance / self.bounds.diagonal(),
+            ..TriangulateOptions::default()
+        };
         triangulate(&self.formula, self.degree(), &self.set, &self.bounds, &options).unwrap()
     }
 }
@@ -102,7 +110,8 @@ fn whitney() -> Known {
 }
 
 fn steiner() -> Known {
-    let mut surface = Known::new("x^2*y^2+y^2*z^2+x^2*z^2-4*x*y*z", PAPER).special([0.0; 3], SpecialKind::Triple);
+    let mut surface =
+        Known::new("x^2*y^2+y^2*z^2+x^2*z^2-4*x*y*z", PAPER).special([0.0; 3], SpecialKind::Triple);
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
             let on_axis = |c: f64| std::array::from_fn(|a| if a == axis { sign * c } else { 0.0 });
@@ -111,7 +120,9 @@ fn steiner() -> Known {
             let kind = if axis == 2 { SpecialKind::Box } else { SpecialKind::Pinch };
             surface = surface.special(on_axis(2.0), kind).line(CurveKind::Crossing, [0, pinch]);
             if axis != 2 {
-                surface = surface.special(on_axis(3.0), SpecialKind::Box).line(CurveKind::Stick, [pinch, pinch + 1]);
+                surface = surface
+                    .special(on_axis(3.0), SpecialKind::Box)
+                    .line(CurveKind::Stick, [pinch, pinch + 1]);
             }
         }
     }
@@ -153,7 +164,8 @@ fn look(surface: &Known, mesh: &SingularMesh) -> Found {
         found.folds += usize::from(normals.iter().any(|n| n.dot(&flat) < 0.0));
     }
     let scale = surface.formula.gradient(surface.bounds.max).1.norm() * surface.bounds.diagonal();
-    found.off_surface = mesh.positions.iter().filter(|p| surface.formula.value(**p).abs() > 1e-12 * scale).count();
+    found.off_surface =
+        mesh.positions.iter().filter(|p| surface.formula.value(**p).abs() > 1e-12 * scale).count();
     for sheet in sheets(mesh) {
         HalfEdgeMesh::from_faces(sheet.vertices.len(), &sheet.triangles).unwrap();
     }
@@ -324,22 +336,33 @@ fn rotation() -> Mat3 {
 #[test]
 fn boxes_through_singularities() {
     // Half of a cone, cut off at the tip: two triangles of a plane through the axis, and nothing at all.
-    let half = Known::new("x^2+y^2-z^2", [[0.0, 3.0], [-3.0, 3.0], [-2.0, 2.0]]).point([0.0; 3], PointKind::Node);
+    let half =
+        Known::new("x^2+y^2-z^2", [[0.0, 3.0], [-3.0, 3.0], [-2.0, 2.0]]).point([0.0; 3], PointKind::Node);
     let made = half.mesh(0.05);
     assert_eq!(made.mesh.euler_number(), 1);
     assert_eq!(look(&half, &made.mesh).gaps, 0);
-    let above = Known::new("x^2+y^2-z^2", [[-3.0, 3.0], [-3.0, 3.0], [0.0, 2.0]]).point([0.0; 3], PointKind::Node);
+    let above =
+        Known::new("x^2+y^2-z^2", [[-3.0, 3.0], [-3.0, 3.0], [0.0, 2.0]]).point([0.0; 3], PointKind::Node);
     let made = above.mesh(0.05);
     assert_eq!((made.mesh.euler_number(), sheets(&made.mesh).len()), (1, 1));
     // A side that holds the singular line, and an edge of the box that holds a node.
     let mut line = whitney();
     line.bounds.min.z = 0.0;
     let error = |surface: &Known| {
-        triangulate(&surface.formula, surface.degree(), &surface.set, &surface.bounds, &TriangulateOptions::default())
-            .unwrap_err()
+        triangulate(
+            &surface.formula,
+            surface.degree(),
+            &surface.set,
+            &surface.bounds,
+            &TriangulateOptions::default(),
+        )
+        .unwrap_err()
     };
     let message = error(&line).to_string();
-    assert_eq!(message, "a singular curve lies in the side of the smallest z of the box: move that side a little");
+    assert_eq!(
+        message,
+        "a singular curve lies in the side of the smallest z of the box: move that side a little"
+    );
     let mut edge = cone();
     (edge.bounds.min.x, edge.bounds.min.y) = (0.0, 0.0);
     assert!(matches!(error(&edge), TriangulateError::PointOnEdge { .. }));

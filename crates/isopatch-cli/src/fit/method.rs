@@ -22,7 +22,9 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     }
     if options.triangulate.is_some() {
         if options.method == Some(Method::Spline) {
-            return Err(Failure::Unfit("--triangulate makes flat triangles, --method spline a spline".into()));
+            return Err(Failure::Unfit(
+                "--triangulate makes flat triangles, --method spline a spline".into(),
+            ));
         }
         refuse(&of_splines(options), "for a spline, not for --triangulate")?;
     }

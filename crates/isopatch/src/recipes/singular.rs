@@ -14,7 +14,7 @@ use crate::report::{BaseReport, Certified, Seconds, SingularReport, SurfaceRepor
 use crate::singular::mesh::{
     EdgeTag, LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
 };
-use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set};
+use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set, without_repeated_factors};
 use crate::surface::{Continuity, PatchId};
 use crate::tessellate::Tessellation;
 
@@ -125,6 +125,9 @@ pub fn fit_with(
     mut seconds: Seconds,
     progress: &dyn Fn(&str),
 ) -> Result<FittedSingular, SingularRecipeError> {
+    // Without sign changes there is nothing to triangulate.
+    let reduced = without_repeated_factors(formula)?;
+    let formula = reduced.as_ref().unwrap_or(formula);
     let degree = formula.quadratic_polynomial().map_or(0, |p| p.degree());
     let mut attempts = ATTEMPTS;
     let mut options = match recipe.size {
@@ -137,8 +140,8 @@ pub fn fit_with(
         let triangulated =
             seconds.measure("triangulation", || triangulate(formula, degree, &set, &bounds, &options))?;
         progress("inspection");
-        let measured =
-            seconds.measure("inspection", || measure(formula, &triangulated.mesh, triangulated.gradient_floor));
+        let measured = seconds
+            .measure("inspection", || measure(formula, &triangulated.mesh, triangulated.gradient_floor));
         attempts -= 1;
         match recipe.size {
             // The diagonal is that of the mesh, which may be smaller than that of the box.
@@ -239,7 +242,8 @@ impl FittedSingular {
         let mesh = &self.triangulated.mesh;
         let edges = mesh.edges();
         let euler = mesh.euler_number();
-        let border: Vec<[u32; 2]> = edges.iter().filter(|(_, t)| t.len() == 1).map(|(ends, _)| *ends).collect();
+        let border: Vec<[u32; 2]> =
+            edges.iter().filter(|(_, t)| t.len() == 1).map(|(ends, _)| *ends).collect();
         let components = count_connected(mesh.triangles.iter().map(|t| t.as_slice()));
         let boundary_loops = count_connected(border.iter().map(|e| e.as_slice()));
         let is_manifold = edges.values().all(|t| t.len() <= 2);

@@ -336,7 +336,8 @@ impl Continued {
         const POINTS: usize = 6;
         const STRIDE: usize = 3;
         let end = samples.last()?;
-        let chosen: Vec<&CurveSample> = samples.iter().rev().skip(STRIDE).step_by(STRIDE).take(POINTS).collect();
+        let chosen: Vec<&CurveSample> =
+            samples.iter().rev().skip(STRIDE).step_by(STRIDE).take(POINTS).collect();
         if chosen.len() < POINTS {
             return None;
         }
@@ -344,7 +345,8 @@ impl Continued {
         let mut differences: Vec<Point3> = chosen.iter().map(|s| s.at).collect();
         for order in 1..POINTS {
             for i in (order..POINTS).rev() {
-                differences[i] = (differences[i] - differences[i - 1]) / (parameters[i] - parameters[i - order]);
+                differences[i] =
+                    (differences[i] - differences[i - 1]) / (parameters[i] - parameters[i - order]);
             }
         }
         Some(Self { parameters, differences })
@@ -352,7 +354,9 @@ impl Continued {
 
     fn at(&self, s: f64) -> Point3 {
         let last = self.differences.len() - 1;
-        (0..last).rev().fold(self.differences[last], |p, i| p * (s - self.parameters[i]) + self.differences[i])
+        (0..last)
+            .rev()
+            .fold(self.differences[last], |p, i| p * (s - self.parameters[i]) + self.differences[i])
     }
 
     fn tangent(&self, s: f64) -> Point3 {

@@ -69,9 +69,13 @@ impl Arc {
 
     /// Points along it, no farther apart than `spacing`.
     pub(super) fn points(&self, spacing: f64) -> impl Iterator<Item = Point3> {
-        let steps = self.points.windows(2).map(move |w| ((w[1] - w[0]).norm() / spacing).ceil().max(1.0) as usize);
+        let steps =
+            self.points.windows(2).map(move |w| ((w[1] - w[0]).norm() / spacing).ceil().max(1.0) as usize);
         let steps: Vec<usize> = steps.collect();
-        let parameters = steps.into_iter().enumerate().flat_map(|(i, n)| (0..n).map(move |k| i as f64 + k as f64 / n as f64));
+        let parameters = steps
+            .into_iter()
+            .enumerate()
+            .flat_map(|(i, n)| (0..n).map(move |k| i as f64 + k as f64 / n as f64));
         parameters.chain([self.length()]).map(|t| self.at(t))
     }
 

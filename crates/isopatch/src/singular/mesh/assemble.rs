@@ -84,8 +84,12 @@ pub(super) fn assemble(
     let sides: Vec<[Vec<Edge>; 4]> = faces.par_iter().map(|face| sides(tree, *face)).collect();
     let roots = roots(solver, tree, &sides, &mut mesh);
     let pierces = pierces(skeleton, partition, &leaves, &faces_of, &gates, &mut mesh);
-    let unknown = leaves.iter().zip(&faces_of).filter(|(cell, _)| !matches!(partition.leaves[*cell], Content::Graph(_)));
-    let thorough: HashSet<Face> = unknown.flat_map(|(_, faces)| faces.iter().map(|(face, _)| *face)).collect();
+    let unknown = leaves
+        .iter()
+        .zip(&faces_of)
+        .filter(|(cell, _)| !matches!(partition.leaves[*cell], Content::Graph(_)));
+    let thorough: HashSet<Face> =
+        unknown.flat_map(|(_, faces)| faces.iter().map(|(face, _)| *face)).collect();
     let found: Vec<Links> = faces
         .par_iter()
         .zip(&sides)
@@ -260,7 +264,8 @@ fn roots(
             let start = tree.point(edge.at);
             let end = tree.coordinate(edge.axis, edge.at[edge.axis] + size(edge.level));
             let axes = [(edge.axis + 1) % 3, (edge.axis + 2) % 3, edge.axis];
-            let plane = Plane { field: solver.field, isolator: &solver.isolator, axes, height: start[axes[0]] };
+            let plane =
+                Plane { field: solver.field, isolator: &solver.isolator, axes, height: start[axes[0]] };
             // The coordinates of the plane are the axis after the fixed one, and the edge's own.
             plane.on_line(0, start[axes[1]], [start[edge.axis], end])
         })
@@ -283,9 +288,8 @@ fn roots(
 
 /// The ranges of the two coordinates of a face.
 fn range(tree: &Tree, face: Face) -> [[f64; 2]; 2] {
-    face.plane_axes().map(|a| {
-        [tree.coordinate(a, face.at[a]), tree.coordinate(a, face.at[a] + size(face.level))]
-    })
+    face.plane_axes()
+        .map(|a| [tree.coordinate(a, face.at[a]), tree.coordinate(a, face.at[a] + size(face.level))])
 }
 
 fn curve(
@@ -342,8 +346,12 @@ fn with_middles(solver: &Solver<'_>, tree: &Tree, face: Face, links: Links, mesh
             curve.links.push([a, b]);
             continue;
         };
-        let plane =
-            Plane { field: solver.field, isolator: &solver.isolator, axes: [face.axis, axes[0], axes[1]], height };
+        let plane = Plane {
+            field: solver.field,
+            isolator: &solver.isolator,
+            axes: [face.axis, axes[0], axes[1]],
+            height,
+        };
         let along = 0.5 * (p[axes[1 - side]] + q[axes[1 - side]]);
         let from = p[axes[side]];
         // `on_line` fixes the first coordinate for 0.
@@ -386,12 +394,15 @@ fn fill(
     let bounds = partition.tree.bounds_of(cell);
     let content = &partition.leaves[&cell];
     let groups = connected(&links);
-    let gates: HashSet<u32> = links.iter().flatten().copied().filter(|v| mesh.kinds[*v as usize] != VertexKind::Regular).collect();
+    let gates: HashSet<u32> =
+        links.iter().flatten().copied().filter(|v| mesh.kinds[*v as usize] != VertexKind::Regular).collect();
     let singular = |v: u32| gates.contains(&v);
     let has_gate: Vec<bool> = groups.iter().map(|g| g.iter().flatten().any(|v| singular(*v))).collect();
     let apex = match content {
         Content::Center(c, _) if skeleton.centers[*c].has_sheets => Some(*c as u32),
-        Content::Arc(piece) if has_gate.iter().any(|x| *x) => Some(apex(solver, skeleton, piece, partition, mesh)),
+        Content::Arc(piece) if has_gate.iter().any(|x| *x) => {
+            Some(apex(solver, skeleton, piece, partition, mesh))
+        }
         _ => None,
     };
     if matches!(content, Content::Arc(_)) && apex.is_some() {
@@ -500,8 +511,7 @@ fn nested(loops: &[Vec<u32>], direction: &Vec3, positions: &[Point3]) -> bool {
     let inside = |p: &[f64; 2], ring: &[[f64; 2]]| {
         let crossings = (0..ring.len()).filter(|i| {
             let (a, b) = (ring[*i], ring[(i + 1) % ring.len()]);
-            (a[1] > p[1]) != (b[1] > p[1])
-                && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+            (a[1] > p[1]) != (b[1] > p[1]) && p[0] < a[0] + (p[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
         });
         crossings.count() % 2 == 1
     };
@@ -516,7 +526,8 @@ fn disc(solver: &Solver<'_>, bounds: &Aabb, cell: Cell, ring: &[u32], mesh: &mut
     }
     let points: Vec<Point3> = ring.iter().map(|v| mesh.positions[*v as usize]).collect();
     let mean = points.iter().sum::<Point3>() / points.len() as f64;
-    let area: Vec3 = (0..points.len()).map(|i| (points[i] - mean).cross(&(points[(i + 1) % points.len()] - mean))).sum();
+    let area: Vec3 =
+        (0..points.len()).map(|i| (points[i] - mean).cross(&(points[(i + 1) % points.len()] - mean))).sum();
     let center = onto_surface(solver, mean, area, bounds);
     let c = mesh.push(center.unwrap_or(mean), VertexKind::Regular);
     for i in 0..ring.len() {

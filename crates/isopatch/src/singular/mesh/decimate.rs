@@ -64,7 +64,11 @@ struct Quadric {
 }
 
 impl Quadric {
-    const ZERO: Self = Self { a: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), b: Vec3::new(0.0, 0.0, 0.0), c: 0.0 };
+    const ZERO: Self = Self {
+        a: Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        b: Vec3::new(0.0, 0.0, 0.0),
+        c: 0.0,
+    };
 
     fn plane(normal: Vec3, through: Point3, weight: f64) -> Self {
         let d = -normal.dot(&through);
@@ -181,7 +185,8 @@ impl<'a> State<'a> {
             let first = tangent.cross(&Vec3::ith(tangent.iamin(), 1.0)).normalize();
             for normal in [first, tangent.cross(&first)] {
                 let plane = Quadric::plane(normal, p, HOLD * (q - p).norm_squared());
-                ends.iter().for_each(|v| self.quadrics[*v as usize] = self.quadrics[*v as usize].plus(&plane));
+                ends.iter()
+                    .for_each(|v| self.quadrics[*v as usize] = self.quadrics[*v as usize].plus(&plane));
             }
         }
     }

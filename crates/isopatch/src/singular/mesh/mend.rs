@@ -1,8 +1,8 @@
 //! Where triangles turn over: vertices move on the surface, then edges are divided.
 
 use super::decimate::Limits;
-use super::quality::Judge;
 use super::flip::flip;
+use super::quality::Judge;
 use super::singular_mesh::{EdgeTag, SingularMesh, VertexKind};
 use crate::base::BoxSides;
 use crate::field::Field;
@@ -62,10 +62,12 @@ fn divide(field: &dyn Field, mesh: &mut SingularMesh) -> bool {
         let edges = mesh.edges();
         let ends = (0..3).map(|k| (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]))).map(|(a, b)| [a, b]);
         let smooth = ends.filter(|e| edges[e].len() == 2 && mesh.tag(*e, 2) == EdgeTag::Smooth);
-        let length = |e: &[u32; 2]| (mesh.positions[e[0] as usize] - mesh.positions[e[1] as usize]).norm_squared();
+        let length =
+            |e: &[u32; 2]| (mesh.positions[e[0] as usize] - mesh.positions[e[1] as usize]).norm_squared();
         let Some([a, b]) = smooth.max_by(|x, y| length(x).total_cmp(&length(y))) else { continue };
         let middle = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
-        let Some(at) = onto_surface(field, middle).filter(|p| (p - middle).norm_squared() < length(&[a, b])) else {
+        let Some(at) = onto_surface(field, middle).filter(|p| (p - middle).norm_squared() < length(&[a, b]))
+        else {
             continue;
         };
         let m = mesh.positions.len() as u32;

@@ -24,4 +24,4 @@ mod triangulate;
 
 pub use sheets::{Sheet, sheets};
 pub use singular_mesh::{EdgeTag, FeatureEdge, LowerPart, SingularMesh, VertexKind};
-pub use triangulate::{MAX_DEGREE, Triangulated, TriangulateError, TriangulateOptions, triangulate};
+pub use triangulate::{MAX_DEGREE, TriangulateError, TriangulateOptions, Triangulated, triangulate};

@@ -195,7 +195,11 @@ impl<'a> Partition<'a> {
             if let Some((direction, turn)) = rising(&gradient) {
                 let chord = CHORD_FACTOR * bounds.diagonal() * turn;
                 let is_fine = turn <= LARGEST_TURN && chord <= self.fineness.chord;
-                return if is_fine || is_deepest { Verdict::Leaf(Content::Graph(direction)) } else { Verdict::Split };
+                return if is_fine || is_deepest {
+                    Verdict::Leaf(Content::Graph(direction))
+                } else {
+                    Verdict::Split
+                };
             }
             let is_near = !inside.near.is_empty() && cell.level >= self.fineness.levels[1];
             return if is_near || is_deepest { Verdict::Leaf(Content::Uncertain) } else { Verdict::Split };

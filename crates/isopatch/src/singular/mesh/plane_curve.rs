@@ -127,7 +127,8 @@ impl Plane<'_> {
     /// The parts of the curve in the rectangle. A thorough search halves it until bounds show that no closed part is missed
     /// (or the rest is too small), and the points between the ends of a part follow its turns.
     pub(super) fn links(&self, rectangle: Rectangle, pierce: Option<Pierce>, thorough: bool) -> Links {
-        let mut search = Search { plane: self, thorough, links: Vec::new(), locals: Vec::new(), doubtful: false };
+        let mut search =
+            Search { plane: self, thorough, links: Vec::new(), locals: Vec::new(), doubtful: false };
         search.visit(rectangle, pierce, 0);
         search.finish()
     }
@@ -171,7 +172,8 @@ impl Search<'_> {
             self.links.extend(star);
             return;
         }
-        let is_simple = (count == 0 || count == 2) && (!self.thorough || self.is_settled(&rectangle, count, depth));
+        let is_simple =
+            (count == 0 || count == 2) && (!self.thorough || self.is_settled(&rectangle, count, depth));
         if pierce.is_none() && (is_simple || depth >= MAX_DEPTH) {
             let (from, to): (Vec<_>, Vec<_>) = all().partition(|(_, enters)| *enters);
             self.doubtful |= from.len() != to.len() || count > 2;
@@ -198,7 +200,8 @@ impl Search<'_> {
         // A closed curve has all directions: there is none where f rises along one.
         let along = [gradient[self.plane.axes[1]], gradient[self.plane.axes[2]]];
         let center = along.map(|g| g.center);
-        let shared: f64 = (0..3).map(|j| (center[0] * along[0].slope[j] + center[1] * along[1].slope[j]).abs()).sum();
+        let shared: f64 =
+            (0..3).map(|j| (center[0] * along[0].slope[j] + center[1] * along[1].slope[j]).abs()).sum();
         let errors = center[0].abs() * along[0].error + center[1].abs() * along[1].error;
         let square = center[0] * center[0] + center[1] * center[1];
         square > (shared + errors) * (1.0 + ROUNDING) + ROUNDING * square
@@ -214,7 +217,8 @@ impl Search<'_> {
             _ => [u1, c.at],
         };
         let sides = rectangle.sides.iter().enumerate();
-        let ends: Vec<[f64; 2]> = sides.flat_map(|(side, on)| on.iter().map(move |c| place((side, c)))).collect();
+        let ends: Vec<[f64; 2]> =
+            sides.flat_map(|(side, on)| on.iter().map(move |c| place((side, c)))).collect();
         let [a, b] = ends[..] else { return false };
         cosine(self.plane.gradient(a), self.plane.gradient(b)) < ONE_DIRECTION
     }
@@ -253,13 +257,18 @@ impl Search<'_> {
         let fresh: Vec<Crossing> = cut
             .iter()
             .enumerate()
-            .map(|(i, (at, rises))| Crossing { at: *at, node: Node::Local(self.locals.len() + i), rises: *rises })
+            .map(|(i, (at, rises))| Crossing {
+                at: *at,
+                node: Node::Local(self.locals.len() + i),
+                rises: *rises,
+            })
             .collect();
         [0, 1].map(|n| {
             let mut part = Rectangle { range: whole.range, sides: Default::default() };
             part.range[across][1 - n] = at;
             for side in along {
-                part.sides[side] = whole.sides[side].iter().filter(|c| (c.at >= at) == (n == 1)).copied().collect();
+                part.sides[side] =
+                    whole.sides[side].iter().filter(|c| (c.at >= at) == (n == 1)).copied().collect();
             }
             part.sides[ends[n]] = whole.sides[ends[n]].clone();
             part.sides[ends[1 - n]] = fresh.clone();

@@ -32,7 +32,8 @@ pub(super) fn onto_surface(solver: &Solver<'_>, start: Point3, normal: Vec3, cel
     }
     let axis = normal.iamax();
     let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-    let plane = Plane { field: solver.field, isolator: &solver.isolator, axes: [u, v, axis], height: start[u] };
+    let plane =
+        Plane { field: solver.field, isolator: &solver.isolator, axes: [u, v, axis], height: start[u] };
     let roots = plane.on_line(0, start[v], [cell.min[axis], cell.max[axis]]);
     let distance = |z: &f64| (z - start[axis]).abs();
     let nearest = roots.into_iter().map(|(z, _)| z).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;

@@ -23,14 +23,20 @@ pub(super) struct Judge<'a> {
 }
 
 impl<'a> Judge<'a> {
-    pub(super) fn new(field: &'a dyn Field, positions: &'a [Point3], kinds: &'a [VertexKind], limits: Limits) -> Self {
+    pub(super) fn new(
+        field: &'a dyn Field,
+        positions: &'a [Point3],
+        kinds: &'a [VertexKind],
+        limits: Limits,
+    ) -> Self {
         let n = INTERVALS;
         let weights = (0..=n)
             .flat_map(|i| (0..=n - i).map(move |j| [i, j, n - i - j]))
             .filter(|w| w.iter().all(|k| *k < n))
             .map(|w| w.map(|k| k as f64 / n as f64))
             .collect();
-        let normals = positions.iter().map(|p| field.gradient(*p).1.try_normalize(0.0).unwrap_or_else(Vec3::zeros));
+        let normals =
+            positions.iter().map(|p| field.gradient(*p).1.try_normalize(0.0).unwrap_or_else(Vec3::zeros));
         Self { field, positions, kinds, normals: normals.collect(), limits, weights }
     }
 

@@ -141,7 +141,8 @@ pub fn triangulate(
     // Before vertices move, an edge between two singular vertices is always a piece of an arc.
     let is_piece = |ends: &[u32; 2]| ends.iter().all(|v| mesh.vertices[*v as usize].is_singular());
     mesh.singular_edges = mesh.edges().into_keys().filter(is_piece).collect();
-    let floor = options.gradient_floor.unwrap_or_else(|| FLOOR_SHARE * median_gradient(field, &mesh.positions));
+    let floor =
+        options.gradient_floor.unwrap_or_else(|| FLOOR_SHARE * median_gradient(field, &mesh.positions));
     if let Some(enough) = options.triangles {
         decimate(field, &mut mesh, Limits { tolerance, floor, enough });
     }
@@ -207,7 +208,10 @@ impl RawMesh {
                 self.kinds[*v as usize] == VertexKind::Regular
                     && field.gradient(self.positions[*v as usize]).1.dot(&flat) < 0.0
             };
-            (cell.level < DEEPEST_FOR_TURN && t.iter().any(turns_over)) || SAMPLES.iter().any(|w| distance(field, a * w[0] + b * w[1] + c * w[2], floor) > RAW_SHARE * tolerance)
+            (cell.level < DEEPEST_FOR_TURN && t.iter().any(turns_over))
+                || SAMPLES
+                    .iter()
+                    .any(|w| distance(field, a * w[0] + b * w[1] + c * w[2], floor) > RAW_SHARE * tolerance)
         };
         let pairs = self.triangles.iter().zip(&self.cells);
         let unknown = pairs.filter(|(_, cell)| !matches!(partition.leaves[cell], Content::Graph(_)));
@@ -291,7 +295,8 @@ fn skeleton(
     });
     let pieces = pieces.collect();
     let spacing = SPACING * bounds.diagonal();
-    let samples = arcs.iter().flat_map(|arc| arc.points(spacing)).chain(centers.iter().map(|c| c.at)).collect();
+    let samples =
+        arcs.iter().flat_map(|arc| arc.points(spacing)).chain(centers.iter().map(|c| c.at)).collect();
     Ok((Skeleton { centers, arcs, pieces, samples }, kinds))
 }
 
