@@ -12,6 +12,7 @@ mod interrupt;
 mod making;
 mod outputs;
 mod progress;
+mod render;
 mod singular;
 mod summary;
 mod values;
@@ -36,6 +37,7 @@ fn run() -> Result<(), Failure> {
         Command::Inspect(inspect) => inspect::run(inspect),
         Command::Convert(convert) => convert::run(convert),
         Command::Singular(singular) => singular::run(singular),
+        Command::Render(render) => render::run(render),
         Command::Gallery(gallery) => gallery::run(gallery),
     }
 }

@@ -2,10 +2,11 @@
 
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
+use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
-use isopatch::io::{Format, Unit, WriteError, gltf, obj, ply, step, stl, vtk};
+use isopatch::io::{Format, Unit, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk};
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
@@ -113,8 +114,12 @@ pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<
 
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
-    let linear = style.cells == Some(VtkCells::Linear) || model.a_patches().is_some();
-    file.format.is_tessellated() || file.format == Format::Vtk && linear
+    let has_no_nets = model.a_patches().is_some();
+    match file.format {
+        Format::Vtk => style.cells == Some(VtkCells::Linear) || has_no_nets,
+        Format::Gmsh => has_no_nets,
+        other => other.is_tessellated(),
+    }
 }
 
 /// Most triangles of A-patches unless a resolution is asked for: as many take some hundred megabytes in a file.
@@ -132,6 +137,23 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
         Domain::Square => 2 * across * (along - 1),
     };
     surface.patches().map(of_patch).sum()
+}
+
+/// Triangles of a picture, about: one for each pixel or two that show the surface.
+const MOST_FOR_PICTURE: usize = 350_000;
+/// Most intervals along an edge of a patch in a picture, of which few patches are large.
+const FINEST_FOR_PICTURE: usize = 64;
+
+/// A surface as flat triangles that are small in a picture.
+pub fn flattened_for_picture(model: &NativeModel, along: Option<usize>) -> Result<Tessellation, Failure> {
+    let surface: &dyn Surface = match &model.surface {
+        NativeSurface::Spline(spline) => spline.as_ref(),
+        NativeSurface::APatches(surface) => surface.as_ref(),
+    };
+    let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
+    let finest = || (2..=FINEST_FOR_PICTURE).rev().find(|n| triangles(surface, with(*n)) <= MOST_FOR_PICTURE);
+    let along = along.or_else(finest).unwrap_or(2);
+    flattened(model, &Style { fineness: Fineness::Along(along), ..Style::default() })
 }
 
 /// The resolution that is asked for, or else the default.
@@ -188,11 +210,17 @@ pub fn write(
 ) -> Result<(), Failure> {
     let any_flat = files.iter().any(|file| is_flat(model, file, style));
     let mesh = if any_flat { Some(flattened(model, style)?) } else { None };
+    let is_picture = |file: &OutputFile| file.format == Format::Png;
+    let picture = match files.iter().any(is_picture) {
+        true => Some(render::of_model(model, &PictureOptions::default())?),
+        false => None,
+    };
     for file in files {
         outputs.write(&file.path, |out| {
             let mut out = Interruptible(out);
-            match &mesh {
-                Some(mesh) if is_flat(model, file, style) => {
+            match (&mesh, &picture) {
+                (_, Some(image)) if is_picture(file) => png::write_png(image, &mut out),
+                (Some(mesh), _) if is_flat(model, file, style) => {
                     write_mesh(model.provenance.unit, mesh, file.format, &mut out)
                 }
                 _ => write_patches(model, file, style, &mut out),
@@ -218,10 +246,13 @@ pub fn write_triangles(
 /// Can flat triangles that are no patches be written to these files, with this style?
 pub fn check_triangles(files: &[OutputFile], style: &Style) -> Result<(), Failure> {
     const WHAT: &str = "a surface with singularities is made of flat triangles";
-    let holds_patches = |file: &&OutputFile| matches!(file.format, Format::Step | Format::Native);
+    let holds_patches =
+        |file: &&OutputFile| matches!(file.format, Format::Step | Format::Native | Format::Png);
     if let Some(file) = files.iter().find(holds_patches) {
         let path = file.path.display();
-        return Err(Failure::Unfit(format!("{path}: {WHAT}, for .glb .obj .ply .stl and .vtu")));
+        return Err(Failure::Unfit(format!(
+            "{path}: {WHAT}, for .glb .3mf .obj .off .ply .stl .vtu and .msh"
+        )));
     }
     if !matches!(style.fineness, Fineness::Standard) {
         return Err(Failure::Unfit(format!(
@@ -273,6 +304,7 @@ fn write_patches(
             };
             vtk::write_vtk(surface, &vtk::VtkOptions { cells }, out)
         }
+        Format::Gmsh => gmsh::write_gmsh(surface, out),
         _ => model.write(out),
     }
 }
@@ -286,6 +318,9 @@ fn write_mesh(
     match format {
         Format::Glb => gltf::write_glb(mesh, &gltf::GlbOptions { unit }, out),
         Format::Vtk => vtk::write_vtk_mesh(mesh, out),
+        Format::Gmsh => gmsh::write_gmsh_mesh(mesh, out),
+        Format::Threemf => threemf::write_3mf(mesh, &threemf::ThreemfOptions { unit }, out),
+        Format::Off => off::write_off(mesh, out),
         Format::Ply => ply::write_ply(mesh, out),
         Format::Stl => stl::write_stl(mesh, out),
         _ => obj::write_obj(mesh, out),

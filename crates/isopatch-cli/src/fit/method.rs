@@ -68,8 +68,12 @@ fn of_meshes(options: &FitOptions) -> [Given; 4] {
 }
 
 /// The options that only a spline of a formula takes.
-fn of_splines(options: &FitOptions) -> [Given; 2] {
-    [("--base", options.base.is_some()), ("--base-method", options.base_method.is_some())]
+fn of_splines(options: &FitOptions) -> [Given; 3] {
+    [
+        ("--base", options.base.is_some()),
+        ("--base-method", options.base_method.is_some()),
+        ("--recipe", options.recipe.is_some()),
+    ]
 }
 
 /// The options that only A-patches take.
@@ -82,7 +86,7 @@ fn of_a_patches(options: &FitOptions) -> [Given; 3] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 8] {
+fn of_formulas(options: &FitOptions) -> [Given; 9] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -92,6 +96,7 @@ fn of_formulas(options: &FitOptions) -> [Given; 8] {
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
         ("--triangulate", options.triangulate.is_some()),
+        ("--recipe", options.recipe.is_some()),
     ]
 }
 

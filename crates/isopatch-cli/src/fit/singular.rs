@@ -27,7 +27,8 @@ pub fn look(
     progress: &Progress,
 ) -> Result<Option<Found>, Failure> {
     let is_asked = options.triangulate.is_some();
-    let is_free = matches!(options.method, None | Some(Method::Auto)) && options.base.is_none();
+    let of_spline = options.base.is_some() || options.base_method.is_some() || options.recipe.is_some();
+    let is_free = matches!(options.method, None | Some(Method::Auto)) && !of_spline;
     if !is_asked && !is_free {
         return Ok(None);
     }

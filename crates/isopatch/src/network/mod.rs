@@ -5,8 +5,11 @@ mod normal_distance;
 mod quartic;
 mod reduced;
 mod section;
+mod sqp;
 
-pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_edges, fit_quartics, interpolate_edges};
+pub use quartic::{
+    CurveError, CurveOptions, CurveSolver, QuarticCurve, fit_edges, fit_quartics, interpolate_edges,
+};
 
 #[cfg(test)]
 mod tests;

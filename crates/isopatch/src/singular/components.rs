@@ -99,7 +99,9 @@ fn zero(f: &UnitPolynomial, leaf: &Leaf, singular: &[Point3], tree: &BoxTree) ->
     }
     let on_side =
         (0..3).any(|a| leaf.bounds.min[a] <= f.bounds.min[a] || leaf.bounds.max[a] >= f.bounds.max[a]);
-    on_side.then(|| lowest(f, &leaf.bounds, first.signum())).flatten()
+    // What reaches in from a neighbour is part of what is there.
+    let is_on_side = |p: &Point3| (0..3).any(|a| p[a] <= f.bounds.min[a] || p[a] >= f.bounds.max[a]);
+    on_side.then(|| lowest(f, &leaf.bounds, first.signum())).flatten().filter(is_on_side)
 }
 
 /// A zero on the segment between two points at which f has different signs.
@@ -187,10 +189,7 @@ fn seeds(f: &UnitPolynomial, leaves: &[Leaf]) -> Vec<Point3> {
 
 /// Does the zero set pass from one of two leaves that touch into the other?
 fn linked(f: &UnitPolynomial, a: &Leaf, b: &Leaf) -> bool {
-    if a.zero.is_none() || b.zero.is_none() {
-        // A rough leaf without a zero of its own may lie between two others.
-        return !a.smooth && !b.smooth;
-    }
+    // A rough leaf without a zero of its own may lie between two others; so may a smooth one that is larger than they are.
     if !a.smooth && !b.smooth {
         return true;
     }
@@ -198,6 +197,12 @@ fn linked(f: &UnitPolynomial, a: &Leaf, b: &Leaf) -> bool {
     let flat = (0..3).filter(|i| common.min[*i] >= common.max[*i]).count();
     if flat > 1 {
         return false;
+    }
+    let holds = |leaf: &Leaf, other: &Leaf| {
+        is_cap(f, leaf) && other.zero.is_some() && leaf.zero.is_some_and(|p| other.bounds.contains(&p))
+    };
+    if holds(a, b) || holds(b, a) {
+        return true;
     }
     // Between smooth leaves the corners of the common side tell; elsewhere it is looked at more closely.
     let intervals = if a.smooth && b.smooth && !is_cap(f, a) && !is_cap(f, b) { 1 } else { CLOSER };

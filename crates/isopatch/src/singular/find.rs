@@ -25,7 +25,7 @@ const GROWTHS: usize = 2;
 /// Levels more, for each stratum, until points and curves of it can be told apart.
 const FINER: usize = 2;
 /// Boxes along curves are divided for the next stratum while there are no more than this.
-const MOST_FINER: usize = 8_000;
+const MOST_FINER: usize = 3_000;
 /// A cluster with a longer side than this many boxes is part of a curve.
 const COMPACT: f64 = 8.0;
 /// Special points closer than this, in unit coordinates, are one: they were found with different equations.
@@ -193,29 +193,30 @@ fn missed(
         }
     }
     let mut found = Vec::new();
-    'places: for p in lost {
-        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
-            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
-            let new: Vec<_> = located
-                .points
-                .into_iter()
-                .filter(|(q, _)| !places.iter().any(|(known, _)| (known - q).norm() < SAME))
-                .collect();
-            if !located.extended && !new.is_empty() {
-                found.extend(new);
-                continue 'places;
-            }
-        }
-        let ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
+    for p in lost {
+        let mut ends: Vec<Vec<CurveSample>> = arcs.iter().flat_map(|arc| lost_ends(arc, p)).collect();
+        ends.extend(arcs.iter().filter_map(|arc| passing(arc, p)));
         // The two that cross at the largest angle meet where it is best known.
         let pairs = ends.iter().enumerate().flat_map(|(i, a)| ends[..i].iter().map(move |b| (a, b)));
         let cosine = |(a, b): &(&Vec<CurveSample>, &Vec<CurveSample>)| match (a.last(), b.last()) {
             (Some(a), Some(b)) => a.tangent.dot(&b.tangent).abs(),
             _ => 1.0,
         };
-        let widest = pairs.min_by(|a, b| cosine(a).total_cmp(&cosine(b)));
-        let place = widest.and_then(|(a, b)| meeting(a, b));
-        found.extend(place.map(|at| (at, MEETING)));
+        let widest =
+            pairs.min_by(|a, b| cosine(a).total_cmp(&cosine(b))).filter(|pair| cosine(pair) < PARALLEL);
+        if let Some(at) = widest.and_then(|(a, b)| meeting(a, b)) {
+            found.push((at, MEETING));
+            continue;
+        }
+        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
+            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
+            let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
+            let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
+            if !located.extended && !points.is_empty() {
+                found.extend(points);
+                break;
+            }
+        }
     }
     Ok(found)
 }
@@ -233,6 +234,14 @@ fn lost_ends(arc: &Arc, p: Point3) -> Vec<Vec<CurveSample>> {
         ends.push(arc.samples.iter().rev().map(turned).collect());
     }
     ends
+}
+
+/// The samples of an arc up to where it passes p.
+fn passing(arc: &Arc, p: Point3) -> Option<Vec<CurveSample>> {
+    let distances = arc.samples.iter().map(|s| (s.at - p).norm()).enumerate();
+    let (nearest, distance) = distances.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let inner = nearest > 0 && nearest + 1 < arc.samples.len();
+    (inner && distance < AROUND).then(|| arc.samples[..=nearest].to_vec())
 }
 
 /// Points closer together than [`SAME`] as one, with the smallest radius.
