@@ -87,6 +87,8 @@ enum Verdict {
 const LARGEST_TURN: f64 = 0.8;
 /// Height of a chord over the length times the turn of the normal, of a circle.
 const CHORD_FACTOR: f64 = 0.125;
+/// Most cells: beyond, the surface has singularities that are not in the set, and cells there are as small as they may be.
+const MOST_CELLS: usize = 60_000;
 /// Cells nearer to the singular set than this many of their edges are excused from bounds.
 const NEAR: f64 = 2.0;
 
@@ -130,10 +132,25 @@ impl<'a> Partition<'a> {
         self.grow(frontier);
     }
 
+    /// Are there too many cells to go on?
+    pub(super) fn is_full(&self, more: usize) -> bool {
+        self.leaves.len() + more > MOST_CELLS
+    }
+
+    /// Leaves of which nothing is certain although no singularity is known near them.
+    pub(super) fn lost(&self) -> Vec<Cell> {
+        let is_lost = |cell: &Cell| {
+            self.leaves[cell] == Content::Uncertain
+                && self.inside.get(cell).is_some_and(|i| i.near.is_empty())
+        };
+        self.tree.leaves().into_iter().filter(is_lost).collect()
+    }
+
     fn grow(&mut self, mut frontier: Vec<(Cell, Inside)>) {
         while !frontier.is_empty() {
+            let is_full = self.is_full(frontier.len());
             let verdicts: Vec<Verdict> =
-                frontier.par_iter().map(|(cell, inside)| self.verdict(*cell, inside)).collect();
+                frontier.par_iter().map(|(cell, inside)| self.verdict(*cell, inside, is_full)).collect();
             let mut next = Vec::new();
             for ((cell, inside), verdict) in frontier.into_iter().zip(verdicts) {
                 match verdict {
@@ -180,9 +197,9 @@ impl<'a> Partition<'a> {
         children.into_iter().zip(parts).collect()
     }
 
-    fn verdict(&self, cell: Cell, inside: &Inside) -> Verdict {
+    fn verdict(&self, cell: Cell, inside: &Inside, is_full: bool) -> Verdict {
         let bounds = self.tree.bounds_of(cell);
-        let is_deepest = cell.level >= self.fineness.deepest;
+        let is_deepest = is_full || cell.level >= self.fineness.deepest;
         if inside.centers.is_empty() && inside.pieces.is_empty() {
             let (f, gradient) = self.field.linear_gradient_range(&bounds);
             if f.excludes_zero() {

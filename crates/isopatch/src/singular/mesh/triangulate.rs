@@ -181,11 +181,12 @@ fn raw_mesh(
     let mut partition = Partition::new(solver.field, bounds, skeleton, fineness, ratio);
     let mut round = 0;
     loop {
-        let raw = assemble(solver, skeleton, kinds, &partition);
+        let mut raw = assemble(solver, skeleton, kinds, &partition);
         let mut coarse = divisible(&raw.doubtful, DEEPEST);
         let errors = raw.far_cells(solver.field, tolerance, &partition);
         coarse.extend(errors.into_iter().filter(|cell| cell.level < DEEPEST_FOR_CHORD));
-        if coarse.is_empty() || round == options.rounds {
+        if coarse.is_empty() || round == options.rounds || partition.is_full(coarse.len()) {
+            raw.doubtful.extend(partition.lost());
             let uncertain = partition.leaves.values().filter(|c| **c == Content::Uncertain).count();
             return (raw, partition.leaves.len(), uncertain);
         }
