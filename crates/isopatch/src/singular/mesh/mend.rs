@@ -35,7 +35,7 @@ pub(super) fn mend(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits) {
 }
 
 /// The triangles that turn over.
-fn turned(field: &dyn Field, mesh: &SingularMesh) -> Vec<[u32; 3]> {
+pub(super) fn turned(field: &dyn Field, mesh: &SingularMesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().filter(|t| cosine(field, mesh, **t) <= 0.0).copied().collect()
 }
 

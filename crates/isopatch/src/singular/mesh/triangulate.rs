@@ -6,6 +6,7 @@ use super::arcs::{Arc, Piece, PieceEnd};
 use super::assemble::{RawMesh, Solver, assemble, divisible};
 use super::decimate::{Limits, decimate};
 use super::grid::{Cell, SPAN};
+use super::mend::turned;
 use super::normals::set_normals;
 use super::partition::{Center, Content, Fineness, Partition, Skeleton};
 use super::roots::Isolator;
@@ -82,6 +83,8 @@ pub const MAX_DEGREE: u32 = 24;
 /// Where edges of cells are divided, per axis: nothing simple lies on such planes. The next is tried where that happens.
 const RATIOS: [[f64; 3]; 3] =
     [[0.48712, 0.50931, 0.49373], [0.51417, 0.48239, 0.50713], [0.47913, 0.49171, 0.51871]];
+/// With more cells than this, other divisions are not tried.
+const MANY_CELLS: usize = 30_000;
 /// Levels of cells at least, of those along arcs, and of those around centres.
 const LEVELS: [u8; 3] = [3, 5, 6];
 /// Deepest cells: a detail smaller than the 2¹⁴th part of the box is lost.
@@ -117,11 +120,11 @@ pub fn triangulate(
     let mut best: Option<(RawMesh, usize, usize)> = None;
     for ratio in RATIOS {
         let found = raw_mesh(&solver, &skeleton, &kinds, bounds, tolerance, ratio, options);
-        let is_clean = found.0.doubtful.is_empty();
+        let (is_clean, found_cells) = (found.0.doubtful.is_empty(), found.1);
         if best.as_ref().is_none_or(|b| found.0.doubtful.len() < b.0.doubtful.len()) {
             best = Some(found);
         }
-        if is_clean {
+        if is_clean || found_cells > MANY_CELLS {
             break;
         }
     }
@@ -144,10 +147,30 @@ pub fn triangulate(
     let floor =
         options.gradient_floor.unwrap_or_else(|| FLOOR_SHARE * median_gradient(field, &mesh.positions));
     if let Some(enough) = options.triangles {
-        decimate(field, &mut mesh, Limits { tolerance, floor, enough });
+        mesh = thinned_out(field, &mesh, Limits { tolerance, floor, enough });
     }
     set_normals(field, &mut mesh);
     Ok(Triangulated { mesh, raw_triangles, cells, uncertain, gradient_floor: floor, doubtful })
+}
+
+/// Shares of the tolerance that are tried while triangles turn over: it may be larger than parts of the surface.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// The mesh with fewer triangles, of which as few as possible turn over.
+fn thinned_out(field: &dyn Field, raw: &SingularMesh, limits: Limits) -> SingularMesh {
+    let mut best: Option<(usize, SingularMesh)> = None;
+    for share in SHARES {
+        let mut mesh = raw.clone();
+        decimate(field, &mut mesh, Limits { tolerance: share * limits.tolerance, ..limits });
+        let turned = turned(field, &mesh).len();
+        if best.as_ref().is_none_or(|(fewest, _)| turned < *fewest) {
+            best = Some((turned, mesh));
+        }
+        if turned == 0 {
+            break;
+        }
+    }
+    best.map_or_else(|| raw.clone(), |(_, mesh)| mesh)
 }
 
 /// Share of the median of |∇f| below which a gradient counts as that long.
