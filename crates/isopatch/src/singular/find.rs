@@ -75,7 +75,7 @@ impl Search {
                 let rest = refine(group, 1, MOST_CELLS, Stratum::Singular)?;
                 self.simple.extend(rest.found);
                 let grown = rest.cells.len() as f64 > GROWTH * before;
-                let growths = if grown && depth >= DEPTH + 1 { growths + 1 } else { 0 };
+                let growths = if grown && depth > DEPTH { growths + 1 } else { 0 };
                 next.extend(split_by_cluster(rest.cells).into_iter().map(|g| (g, growths)));
             }
             groups = next;

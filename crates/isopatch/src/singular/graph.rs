@@ -1,5 +1,6 @@
 //! Arcs and the points where they meet, as a graph.
 
+use super::containment::contains_line;
 use super::deflation::{System, solve};
 use super::find::lexicographic;
 use super::points::{Algebraic, nearest};
@@ -8,6 +9,7 @@ use super::set::{
 };
 use super::trace::{Arc, End, STEP};
 use crate::geom::{Point3, Vec3};
+use num_rational::BigRational;
 
 /// Points on sides of the box that are closer than this, in unit coordinates, are one.
 const SAME: f64 = 1e-7;
@@ -55,16 +57,18 @@ pub(super) fn graph(
     let mut set = SingularSet::default();
     let mut alone = Vec::new();
     let mut numbers = vec![usize::MAX; places.len()];
-    let exact: Vec<Option<Point3>> = places
+    let exact: Vec<Option<[BigRational; 3]>> = places
         .iter()
         .enumerate()
         .map(|(i, (at, _))| {
             let radius = known.get(i).map_or(SIDE_RADIUS, |(_, r)| *r);
-            algebraic.exact_place(*at, radius).map(|p| nearest(&p))
+            algebraic.exact_place(*at, radius)
         })
         .collect();
-    let model: Vec<Point3> =
-        places.iter().zip(&exact).map(|((at, _), p)| p.unwrap_or(algebraic.unit.model(*at))).collect();
+    let in_model = |((at, _), p): (&(Point3, Option<SpecialKind>), &Option<[BigRational; 3]>)| {
+        p.as_ref().map_or(algebraic.unit.model(*at), nearest)
+    };
+    let model: Vec<Point3> = places.iter().zip(&exact).map(in_model).collect();
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|a, b| lexicographic(&model[*a], &model[*b]));
     for number in order {
@@ -88,6 +92,10 @@ pub(super) fn graph(
         });
     }
     for edge in edges {
+        let proven = edge.ends.is_some_and(|[a, b]| match (&exact[a], &exact[b]) {
+            (Some(from), Some(to)) => is_straight(&edge.samples) && contains_line(algebraic.exact, from, to),
+            _ => false,
+        });
         let ends = edge.ends.map(|ends| ends.map(|i| numbers[i]));
         let mut samples: Vec<CurveSample> = edge
             .samples
@@ -102,7 +110,7 @@ pub(super) fn graph(
         set.curves.push(SingularCurve {
             kind: edge.kind,
             closed: ends.is_none(),
-            status: Status::Numerical,
+            status: if proven { Status::Exact } else { Status::Numerical },
             samples,
             ends,
         });
@@ -111,6 +119,13 @@ pub(super) fn graph(
     let sticks = set.curves.iter().enumerate().filter(|(_, c)| c.kind == CurveKind::Stick);
     set.lower_dimensional.extend(sticks.map(|(i, _)| LowerDimensional::Curve(i)));
     (set, alone)
+}
+
+/// Are all samples on the line through the first and the last?
+fn is_straight(samples: &[CurveSample]) -> bool {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return false };
+    let along = (last.at - first.at).normalize();
+    samples.iter().all(|s| (s.at - first.at).cross(&along).norm() < SAME)
 }
 
 fn set_end(samples: &mut [CurveSample], index: usize, at: Point3) {

@@ -3,6 +3,7 @@
 mod cell;
 mod cluster;
 mod components;
+mod containment;
 mod deflation;
 mod error;
 mod find;

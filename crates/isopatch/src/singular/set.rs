@@ -72,7 +72,7 @@ pub struct SingularCurve {
     pub kind: CurveKind,
     /// Does the last sample lead back to the first, with no special point on the way? The first is not repeated.
     pub closed: bool,
-    /// How sure it is.
+    /// How sure it is; exact for lines between exact points.
     pub status: Status,
     /// Points in order along the curve; those of the ends are first and last.
     pub samples: Vec<CurveSample>,

@@ -4,7 +4,7 @@ use super::SingularError;
 use crate::field::{Exponents, Polynomial, QuadraticPolynomial};
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use num_traits::{One, Zero};
+use num_traits::One;
 
 /// f with every factor once, up to a constant: f over its greatest common divisor with its derivatives.
 pub(super) fn square_free(f: &QuadraticPolynomial) -> Result<QuadraticPolynomial, SingularError> {
@@ -250,6 +250,7 @@ pub(super) fn divide(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
 mod tests {
     use super::*;
     use crate::field::{Constants, Formula};
+    use num_traits::Zero;
 
     fn parsed(text: &str) -> QuadraticPolynomial {
         Formula::parse(text, &Constants::new()).unwrap().quadratic_polynomial().unwrap()

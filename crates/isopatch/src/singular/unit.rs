@@ -269,7 +269,7 @@ impl Dense {
         let inner: usize = counts[axis + 1..].iter().product();
         let count = counts[axis];
         let mut result = vec![BigInt::zero(); self.values.len()];
-        for start in (0..self.values.len()).filter(|i| i / inner % count == 0) {
+        for start in (0..self.values.len()).filter(|i| (i / inner).is_multiple_of(count)) {
             for (k, value) in (0..count).map(|k| (k, &self.values[start + k * inner])) {
                 if value.is_zero() {
                     continue;
