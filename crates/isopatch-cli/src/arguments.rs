@@ -65,7 +65,8 @@ pub struct FitOptions {
     #[arg(short, long, value_name = "OUT", value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
-    /// How the surface is made; auto: formula → spline, mesh → apatch
+    /// How the surface is made; auto: formula → spline, but flat triangles where it is
+    /// singular; mesh → apatch
     #[arg(long, value_name = "METHOD")]
     pub method: Option<Method>,
 
@@ -102,6 +103,10 @@ pub struct FitOptions {
     /// [default: remesh]
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
+
+    /// Make flat triangles that conform to singular points and curves [default: where there are any]
+    #[arg(long, value_name = "HOW")]
+    pub triangulate: Option<Triangulation>,
 
     /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
     /// [default: default]
@@ -164,6 +169,13 @@ pub struct FitOptions {
     /// Number of threads [default: one a processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::threads)]
     pub threads: Option<usize>,
+}
+
+/// How a surface with singularities is triangulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Triangulation {
+    /// Cones at singular points and along curves, bounds elsewhere
+    Conforming,
 }
 
 /// How a base mesh is made from a fine one.

@@ -8,6 +8,7 @@ use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
+use isopatch::recipes::singular::SingularRecipeError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::render::RenderError;
 use isopatch::singular::SingularError;
@@ -40,6 +41,8 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Conforming(#[from] SingularRecipeError),
     #[error(transparent)]
     Singular(#[from] SingularError),
     #[error("{}: {source}", path.display())]
@@ -92,6 +95,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Conforming(_)
             | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }

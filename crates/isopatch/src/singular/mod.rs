@@ -9,9 +9,11 @@ mod error;
 mod find;
 mod graph;
 mod lattice;
+pub mod mesh;
 mod multiplicity;
 mod points;
 mod recognize;
+mod reduced;
 mod search;
 mod set;
 mod square_free;
@@ -23,6 +25,7 @@ mod unit;
 
 pub use components::Components;
 pub use error::SingularError;
+pub use reduced::without_repeated_factors;
 pub use search::{Analysis, SingularOptions, analyse, singular_set};
 pub use set::{
     CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
