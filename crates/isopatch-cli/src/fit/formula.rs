@@ -24,10 +24,21 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
         Some(level) => input.formula.minus(level),
         None => input.formula.clone(),
     };
-    if let Some(found) = singular::look(&formula, input, options, &progress)? {
+    if options.triangulate.is_some() {
+        let found = singular::find(&formula, input, options, &progress)?;
         return singular::run(text, &formula, found, input, options, progress);
     }
-    let mut fitted = make(&formula, input, options, &progress)?;
+    let made = make(&formula, input, options, &progress);
+    // A certified topology leaves no place for a singularity. Elsewhere it is looked for, as the spline may have passed it by.
+    let is_certain = matches!(&made, Ok(fitted) if fitted.certified_topology);
+    if !is_certain
+        && singular::is_free(options)
+        && let Ok(found) = singular::find(&formula, input, options, &progress)
+        && !found.is_empty()
+    {
+        return singular::run(text, &formula, found, input, options, progress);
+    }
+    let mut fitted = made?;
     progress.stage("inspection");
     let mut seconds = std::mem::take(&mut fitted.seconds);
     let inspection = seconds.measure("inspection", || measure(&fitted));

@@ -8,7 +8,7 @@ use crate::outputs;
 use crate::progress::Progress;
 use isopatch::field::Formula;
 use isopatch::geom::Aabb;
-use isopatch::recipes::singular::{FittedSingular, SingularRecipe, find, fit_with};
+use isopatch::recipes::singular::{self, FittedSingular, SingularRecipe, fit_with};
 use isopatch::report::{self, Report, SCHEMA, Seconds};
 use isopatch::singular::SingularSet;
 
@@ -19,27 +19,31 @@ pub struct Found {
     seconds: Seconds,
 }
 
-/// The singular set, if the surface is to conform to it: if there is one, or if --triangulate asks for it.
-pub fn look(
+impl Found {
+    /// Is the surface regular in the box?
+    pub fn is_empty(&self) -> bool {
+        self.set.is_empty()
+    }
+}
+
+/// Is it left to isopatch how the surface is made? A spline that is asked for says itself what is wrong with the formula.
+pub fn is_free(options: &FitOptions) -> bool {
+    let of_spline = options.base.is_some() || options.base_method.is_some() || options.recipe.is_some();
+    matches!(options.method, None | Some(Method::Auto)) && !of_spline
+}
+
+/// The singular set of the surface.
+pub fn find(
     formula: &Formula,
     input: &Input,
     options: &FitOptions,
     progress: &Progress,
-) -> Result<Option<Found>, Failure> {
-    let is_asked = options.triangulate.is_some();
-    let of_spline = options.base.is_some() || options.base_method.is_some() || options.recipe.is_some();
-    let is_free = matches!(options.method, None | Some(Method::Auto)) && !of_spline;
-    if !is_asked && !is_free {
-        return Ok(None);
-    }
+) -> Result<Found, Failure> {
     progress.stage("singular set");
     let mut seconds = Seconds::default();
-    match seconds.measure("singular set", || find(formula, &recipe(input, options))) {
-        Ok((bounds, set)) if is_asked || !set.is_empty() => Ok(Some(Found { bounds, set, seconds })),
-        Err(error) if is_asked => Err(error.into()),
-        // A spline says itself what is wrong with the box or the formula.
-        Ok(_) | Err(_) => Ok(None),
-    }
+    let (bounds, set) =
+        seconds.measure("singular set", || singular::find(formula, &recipe(input, options)))?;
+    Ok(Found { bounds, set, seconds })
 }
 
 fn recipe(input: &Input, options: &FitOptions) -> SingularRecipe {
