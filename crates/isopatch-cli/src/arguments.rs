@@ -25,6 +25,7 @@ pub enum Command {
     Inspect(Inspect),
     Convert(Convert),
     Render(Render),
+    Singular(Singular),
     Gallery(Gallery),
 }
 
@@ -64,7 +65,8 @@ pub struct FitOptions {
     #[arg(short, long, value_name = "OUT", value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
-    /// How the surface is made; auto: formula → spline, mesh → apatch
+    /// How the surface is made; auto: formula → spline, but flat triangles where it is
+    /// singular; mesh → apatch
     #[arg(long, value_name = "METHOD")]
     pub method: Option<Method>,
 
@@ -101,6 +103,10 @@ pub struct FitOptions {
     /// [default: remesh]
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
+
+    /// Make flat triangles that conform to singular points and curves [default: where there are any]
+    #[arg(long, value_name = "HOW")]
+    pub triangulate: Option<Triangulation>,
 
     /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
     /// [default: default]
@@ -163,6 +169,13 @@ pub struct FitOptions {
     /// Number of threads [default: one a processor]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::threads)]
     pub threads: Option<usize>,
+}
+
+/// How a surface with singularities is triangulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Triangulation {
+    /// Cones at singular points and along curves, bounds elsewhere
+    Conforming,
 }
 
 /// How a base mesh is made from a fine one.
@@ -423,6 +436,35 @@ pub enum UpAxis {
     Y,
     /// As in most CAD programs
     Z,
+}
+
+/// Find the singular points and curves of an algebraic surface in a box, and its connected components
+#[derive(Debug, Args)]
+pub struct Singular {
+    /// A polynomial, such as "x^2 = y z^2", with square roots of one kind, or the name of a surface of `isopatch gallery`
+    #[arg(allow_hyphen_values = true, value_parser = values::input)]
+    pub input: String,
+
+    /// The box [default: that of the gallery]
+    #[arg(
+        long = "box",
+        value_name = "XMIN,XMAX,YMIN,YMAX,ZMIN,ZMAX",
+        allow_hyphen_values = true,
+        value_parser = values::bounds
+    )]
+    pub bounds: Option<Aabb>,
+
+    /// The surface f = LEVEL instead of f = 0
+    #[arg(long, allow_hyphen_values = true, value_parser = values::finite)]
+    pub level: Option<f64>,
+
+    /// Value of a name in the formula, as often as wanted
+    #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub set: Vec<String>,
+
+    /// Print JSON: points, curves with samples, components with seeds
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// List the surfaces that have a name

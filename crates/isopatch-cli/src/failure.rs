@@ -8,8 +8,10 @@ use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
+use isopatch::recipes::singular::SingularRecipeError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::render::RenderError;
+use isopatch::singular::SingularError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -39,6 +41,10 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Conforming(#[from] SingularRecipeError),
+    #[error(transparent)]
+    Singular(#[from] SingularError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -89,6 +95,8 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Conforming(_)
+            | Self::Singular(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }

@@ -17,6 +17,7 @@ struct Listed<'a> {
     /// Smallest and largest coordinates.
     bounds: Option<[[f64; 3]; 2]>,
     faces: usize,
+    singular: bool,
     origin: &'a str,
 }
 
@@ -29,6 +30,7 @@ impl<'a> From<&'a Entry> for Listed<'a> {
             constants: entry.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect(),
             bounds: entry.bounds.as_ref().map(report::corners),
             faces: entry.faces,
+            singular: entry.singular,
             origin: &entry.origin,
         }
     }
@@ -53,8 +55,11 @@ fn table() -> String {
         let constants: String =
             entry.constants.iter().map(|(name, value)| format!(", {name} = {value}")).collect();
         // Writing to a string does not fail.
-        let _ = writeln!(text, "{name:width$}  {title}, {faces} patches. {origin}.");
+        let _ = match entry.singular {
+            true => writeln!(text, "{name:width$}  {title}, for isopatch singular. {origin}."),
+            false => writeln!(text, "{name:width$}  {title}, {faces} patches. {origin}."),
+        };
         let _ = writeln!(text, "{:width$}  {formula}{constants}\n", "");
     }
-    text + "Make one with: isopatch fit NAME -o NAME.step\n"
+    text + "Make one with: isopatch fit NAME -o NAME.step\nFind singularities with: isopatch singular NAME\n"
 }

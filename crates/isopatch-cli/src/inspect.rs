@@ -73,6 +73,7 @@ fn of_spline(
         surface: SurfaceReport::new(&inspection, "bezier-triangle-7", weakest(spline)),
         spline: None,
         apatch: None,
+        singular: None,
         repairs: Vec::new(),
         seconds,
         peak_memory_bytes: report::peak_memory_bytes(),

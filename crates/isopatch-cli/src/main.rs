@@ -13,6 +13,7 @@ mod making;
 mod outputs;
 mod progress;
 mod render;
+mod singular;
 mod summary;
 mod values;
 
@@ -35,6 +36,7 @@ fn run() -> Result<(), Failure> {
         Command::Fit(fit) => fit::run(fit),
         Command::Inspect(inspect) => inspect::run(inspect),
         Command::Convert(convert) => convert::run(convert),
+        Command::Singular(singular) => singular::run(singular),
         Command::Render(render) => render::run(render),
         Command::Gallery(gallery) => gallery::run(gallery),
     }

@@ -6,7 +6,7 @@ use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
-use isopatch::io::{Format, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk};
+use isopatch::io::{Format, Unit, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk};
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
@@ -217,13 +217,50 @@ pub fn write(
             match (&mesh, &picture) {
                 (_, Some(image)) if is_picture(file) => png::write_png(image, &mut out),
                 (Some(mesh), _) if is_flat(model, file, style) => {
-                    write_mesh(model, mesh, file.format, &mut out)
+                    write_mesh(model.provenance.unit, mesh, file.format, &mut out)
                 }
                 _ => write_patches(model, file, style, &mut out),
             }
         })?;
     }
     Ok(())
+}
+
+/// Writes flat triangles that are no patches under temporary names.
+pub fn write_triangles(
+    mesh: &Tessellation,
+    unit: Unit,
+    files: &[OutputFile],
+    outputs: &mut Outputs,
+) -> Result<(), Failure> {
+    for file in files {
+        outputs.write(&file.path, |out| write_mesh(unit, mesh, file.format, &mut Interruptible(out)))?;
+    }
+    Ok(())
+}
+
+/// Can flat triangles that are no patches be written to these files, with this style?
+pub fn check_triangles(files: &[OutputFile], style: &Style) -> Result<(), Failure> {
+    const WHAT: &str = "a surface with singularities is made of flat triangles";
+    let holds_patches =
+        |file: &&OutputFile| matches!(file.format, Format::Step | Format::Native | Format::Png);
+    if let Some(file) = files.iter().find(holds_patches) {
+        let path = file.path.display();
+        return Err(Failure::Unfit(format!(
+            "{path}: {WHAT}, for .glb .3mf .obj .off .ply .stl .vtu and .msh"
+        )));
+    }
+    if !matches!(style.fineness, Fineness::Standard) {
+        return Err(Failure::Unfit(format!(
+            "--resolution and --chord are for patches; {WHAT}: see --tol and --faces"
+        )));
+    }
+    match style.cells {
+        Some(VtkCells::Bezier | VtkCells::Lagrange) => {
+            Err(Failure::Unfit(format!("--cells: {WHAT}; their .vtu has linear cells")))
+        }
+        Some(VtkCells::Linear) | None => Ok(()),
+    }
 }
 
 /// Writes all files and puts them under their names.
@@ -266,18 +303,16 @@ fn write_patches(
 }
 
 fn write_mesh(
-    model: &NativeModel,
+    unit: Unit,
     mesh: &Tessellation,
     format: Format,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
     match format {
-        Format::Glb => gltf::write_glb(mesh, &gltf::GlbOptions { unit: model.provenance.unit }, out),
+        Format::Glb => gltf::write_glb(mesh, &gltf::GlbOptions { unit }, out),
         Format::Vtk => vtk::write_vtk_mesh(mesh, out),
         Format::Gmsh => gmsh::write_gmsh_mesh(mesh, out),
-        Format::Threemf => {
-            threemf::write_3mf(mesh, &threemf::ThreemfOptions { unit: model.provenance.unit }, out)
-        }
+        Format::Threemf => threemf::write_3mf(mesh, &threemf::ThreemfOptions { unit }, out),
         Format::Off => off::write_off(mesh, out),
         Format::Ply => ply::write_ply(mesh, out),
         Format::Stl => stl::write_stl(mesh, out),

@@ -1,7 +1,7 @@
 //! A report as a few lines for people.
 
 use crate::outputs::Written;
-use isopatch::report::{APatchReport, ElementCounts, IntersectionReport, Report};
+use isopatch::report::{APatchReport, ElementCounts, IntersectionReport, Report, SingularReport};
 use std::fmt::Write;
 
 /// Most characters of the input that are shown.
@@ -43,9 +43,10 @@ fn title(input: &str) -> String {
 fn shape(report: &Report, lines: &mut Lines) {
     let base = &report.base;
     let surface = &report.surface;
-    match &report.apatch {
-        Some(apatch) => a_patches(report, apatch, lines),
-        None => lines.add(
+    match (&report.apatch, &report.singular) {
+        (Some(apatch), _) => a_patches(report, apatch, lines),
+        (None, Some(singular)) => triangles(report, singular, lines),
+        (None, None) => lines.add(
             "patches",
             format!("{} of degree 7, {} vertices, {} seams", surface.patches, base.vertices, base.edges),
         ),
@@ -59,13 +60,58 @@ fn shape(report: &Report, lines: &mut Lines) {
         1 => "1 component".to_owned(),
         n => format!("{n} components"),
     };
-    lines.add("topology", format!("{open}, {components}, Euler number {}, genus {}", base.euler, base.genus));
+    let genus = match &report.singular {
+        Some(_) => String::new(),
+        None => format!(", genus {}", base.genus),
+    };
+    lines.add("topology", format!("{open}, {components}, Euler number {}{genus}", base.euler));
     let unit = &report.unit;
     let volume = surface.volume.map_or_else(String::new, |v| format!(", volume {} {unit}³", digits(v)));
     lines.add(
         "size",
         format!("diagonal {} {unit}, area {} {unit}²{volume}", digits(report.diagonal), digits(surface.area)),
     );
+}
+
+/// What conforms to what.
+fn triangles(report: &Report, singular: &SingularReport, lines: &mut Lines) {
+    let base = &report.base;
+    lines.add(
+        "triangles",
+        format!(
+            "{}, flat (G0), {} vertices, {} sheets with normals of their own",
+            base.faces, base.vertices, singular.sheets
+        ),
+    );
+    let edges: usize = singular.edges_by_valence.values().sum();
+    let valences: Vec<String> = singular
+        .edges_by_valence
+        .iter()
+        .map(|(valence, count)| format!("{count} with {valence} triangles"))
+        .collect();
+    let edges =
+        if edges == 0 { String::new() } else { format!("; edges along them: {}", valences.join(", ")) };
+    let SingularReport { points, arcs, special, lower_dimensional: [isolated, sticks], .. } = singular;
+    lines.add("singular", format!("{points} points, {arcs} arcs between {special} special points{edges}"));
+    if isolated + sticks > 0 {
+        lines.add(
+            "",
+            format!("{isolated} isolated points and {sticks} curves without sheets, which no triangle shows"),
+        );
+    }
+    let SingularReport { cells, cells_uncertain, doubtful_at, folded, .. } = singular;
+    lines.add(
+        "certainty",
+        format!("{cells_uncertain} of {cells} cells, beside singularities, rest on numbers alone"),
+    );
+    if let [x, y, z] = doubtful_at.first().copied().unwrap_or([f64::NAN; 3])
+        && x.is_finite()
+    {
+        lines.add("look at", format!("the surface near ({x:.4}, {y:.4}, {z:.4}) is not as expected"));
+    }
+    if *folded > 0 {
+        lines.add("look at", format!("{folded} triangles turn over"));
+    }
 }
 
 /// What A-patches are over, and where they are not what they should be.
@@ -128,6 +174,13 @@ fn accuracy(report: &Report, lines: &mut Lines) {
         let bad = report.spline.map_or(0, |spline| spline.faces_over_20deg);
         let over = if bad == 0 { String::new() } else { format!(", {bad} patches over 20°") };
         lines.add("normals", format!("off by at most {}°{over}", degrees(angle)));
+    }
+    if let (Some(max), None) = (surface.max_distance_first_order, surface.max_distance) {
+        let rms = surface.rms_distance_first_order.unwrap_or(f64::NAN);
+        lines.add(
+            "distance",
+            format!("at most {max:.2e}, RMS {rms:.2e} (of the diagonal, |f|/|∇f|, measured)"),
+        );
     }
     lines.add(
         "seams",

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::sync::LazyLock;
 
 /// The files of the folder `models`, in the order in which they are listed, with the surface's name.
-const FILES: [(&str, &str); 9] = [
+const FILES: [(&str, &str); 65] = [
     ("sphere", include_str!("../../../models/sphere.toml")),
     ("torus", include_str!("../../../models/torus.toml")),
     ("dodeca", include_str!("../../../models/dodeca.toml")),
@@ -16,6 +16,62 @@ const FILES: [(&str, &str); 9] = [
     ("decocube", include_str!("../../../models/decocube.toml")),
     ("tangle", include_str!("../../../models/tangle.toml")),
     ("orthocircles", include_str!("../../../models/orthocircles.toml")),
+    ("ellipsoid", include_str!("../../../models/ellipsoid.toml")),
+    ("superellipsoid", include_str!("../../../models/superellipsoid.toml")),
+    ("superquadric", include_str!("../../../models/superquadric.toml")),
+    ("star", include_str!("../../../models/star.toml")),
+    ("peanut", include_str!("../../../models/peanut.toml")),
+    ("seashell", include_str!("../../../models/seashell.toml")),
+    ("twistedcolumn", include_str!("../../../models/twistedcolumn.toml")),
+    ("threebars", include_str!("../../../models/threebars.toml")),
+    ("blobs", include_str!("../../../models/blobs.toml")),
+    ("goursat", include_str!("../../../models/goursat.toml")),
+    ("chmutov6", include_str!("../../../models/chmutov6.toml")),
+    ("pretzel", include_str!("../../../models/pretzel.toml")),
+    ("bretzel5", include_str!("../../../models/bretzel5.toml")),
+    ("trefoil", include_str!("../../../models/trefoil.toml")),
+    ("hopf", include_str!("../../../models/hopf.toml")),
+    ("borromean", include_str!("../../../models/borromean.toml")),
+    ("gyroid", include_str!("../../../models/gyroid.toml")),
+    ("schwarzp", include_str!("../../../models/schwarzp.toml")),
+    ("schwarzd", include_str!("../../../models/schwarzd.toml")),
+    ("neovius", include_str!("../../../models/neovius.toml")),
+    ("iwp", include_str!("../../../models/iwp.toml")),
+    ("scherk", include_str!("../../../models/scherk.toml")),
+    ("cone", include_str!("../../../models/cone.toml")),
+    ("whitney", include_str!("../../../models/whitney.toml")),
+    ("steiner", include_str!("../../../models/steiner.toml")),
+    ("toroidal", include_str!("../../../models/toroidal.toml")),
+    ("cayley", include_str!("../../../models/cayley.toml")),
+    ("clebsch", include_str!("../../../models/clebsch.toml")),
+    ("kummer", include_str!("../../../models/kummer.toml")),
+    ("togliatti", include_str!("../../../models/togliatti.toml")),
+    ("barthsextic", include_str!("../../../models/barthsextic.toml")),
+    ("barthdecic", include_str!("../../../models/barthdecic.toml")),
+    ("endrass", include_str!("../../../models/endrass.toml")),
+    ("ringcyclide", include_str!("../../../models/ringcyclide.toml")),
+    ("horncyclide", include_str!("../../../models/horncyclide.toml")),
+    ("spindlecyclide", include_str!("../../../models/spindlecyclide.toml")),
+    ("hunt", include_str!("../../../models/hunt.toml")),
+    ("crosscap", include_str!("../../../models/crosscap.toml")),
+    ("swallowtail", include_str!("../../../models/swallowtail.toml")),
+    ("dingdong", include_str!("../../../models/dingdong.toml")),
+    ("octdong", include_str!("../../../models/octdong.toml")),
+    ("chubs", include_str!("../../../models/chubs.toml")),
+    ("zitrus", include_str!("../../../models/zitrus.toml")),
+    ("daisy", include_str!("../../../models/daisy.toml")),
+    ("heart", include_str!("../../../models/heart.toml")),
+    ("visavis", include_str!("../../../models/visavis.toml")),
+    ("calypso", include_str!("../../../models/calypso.toml")),
+    ("crixxi", include_str!("../../../models/crixxi.toml")),
+    ("nepali", include_str!("../../../models/nepali.toml")),
+    ("kolibri", include_str!("../../../models/kolibri.toml")),
+    ("tanz", include_str!("../../../models/tanz.toml")),
+    ("sofa", include_str!("../../../models/sofa.toml")),
+    ("d4", include_str!("../../../models/d4.toml")),
+    ("cuspidaledge", include_str!("../../../models/cuspidaledge.toml")),
+    ("twospheres", include_str!("../../../models/twospheres.toml")),
+    ("stick", include_str!("../../../models/stick.toml")),
 ];
 
 /// A surface with a name.
@@ -33,11 +89,13 @@ pub struct Entry {
     pub bounds: Option<Aabb>,
     /// How many faces its base mesh has unless another number is asked for.
     pub faces: usize,
+    /// Is it shown for its singularities (or, beside others, for having none)? Such surfaces are for `isopatch singular`.
+    pub singular: bool,
     /// Who or which paper it comes from, in a line.
     pub origin: String,
 }
 
-/// All surfaces, in the order of the papers.
+/// All surfaces, in the order of the papers; those with singularities after the others.
 pub fn surfaces() -> &'static [Entry] {
     static SURFACES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
         // A file that can't be read is left out; it is part of the program, and a test shows that none is.
@@ -60,6 +118,8 @@ struct Model {
     /// xmin, xmax, ymin, ymax, zmin, zmax.
     r#box: Option<[f64; 6]>,
     faces: usize,
+    #[serde(default)]
+    singular: bool,
     origin: String,
     #[serde(default)]
     constants: std::collections::BTreeMap<String, f64>,
@@ -88,6 +148,7 @@ impl Entry {
             constants: model.constants.into_iter().collect(),
             bounds,
             faces: model.faces,
+            singular: model.singular,
             origin: model.origin,
         })
     }

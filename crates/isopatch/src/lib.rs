@@ -97,6 +97,7 @@ pub mod query;
 pub mod recipes;
 pub mod render;
 pub mod report;
+pub mod singular;
 pub mod spline;
 pub mod surface;
 pub mod tessellate;

@@ -46,6 +46,8 @@ pub struct Report {
     pub spline: Option<SplineReport>,
     /// What the A-patch method did; none for other methods.
     pub apatch: Option<APatchReport>,
+    /// What was found of singularities; none where nobody looked, or where there are none.
+    pub singular: Option<SingularReport>,
     /// What was changed to make the input fit the method.
     pub repairs: Vec<Repair>,
     /// Time of every stage.
@@ -159,6 +161,31 @@ pub struct SplineReport {
     pub folded: usize,
     /// Number of patches whose normal is over 20° off somewhere.
     pub faces_over_20deg: usize,
+}
+
+/// The singular set of a surface, and the mesh that conforms to it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct SingularReport {
+    /// Number of isolated singular points.
+    pub points: usize,
+    /// Number of arcs of singular curves, those without sheets included.
+    pub arcs: usize,
+    /// Number of special points, at which arcs begin.
+    pub special: usize,
+    /// Number of isolated points, and of curves without sheets, which no triangle shows.
+    pub lower_dimensional: [usize; 2],
+    /// Number of singular edges of the mesh by the number of their triangles: 4 where two sheets cross.
+    pub edges_by_valence: BTreeMap<usize, usize>,
+    /// Number of smooth sheets between singular edges.
+    pub sheets: usize,
+    /// Cells of the octree that hold a part of the surface.
+    pub cells: usize,
+    /// Cells of these, beside singularities, for which no bounds show what is in them.
+    pub cells_uncertain: usize,
+    /// The first ten places where what was found on the boundary of a cell was not as expected.
+    pub doubtful_at: Vec<[f64; 3]>,
+    /// Number of triangles at more than a right angle to the surface at a corner.
+    pub folded: usize,
 }
 
 /// How many elements of a mesh are of each class, see [`Class`].
@@ -512,6 +539,7 @@ mod tests {
             },
             spline: Some(SplineReport::default()),
             apatch: Some(APatchReport::default()),
+            singular: None,
             repairs: vec![Repair { what: "flip".into(), place: "edge 7".into(), why: "sliver".into() }],
             seconds,
             peak_memory_bytes: None,

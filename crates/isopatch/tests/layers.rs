@@ -18,6 +18,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("mesh", &["bernstein"]),
     ("surface", &["field", "mesh"]),
     ("base", &["surface"]),
+    ("singular", &["base"]),
     ("hull", &["base"]),
     ("apatch", &["hull"]),
     ("hybrid", &["apatch"]),
@@ -31,7 +32,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("report", &["inspect"]),
     ("io", &["tessellate", "query", "inspect", "render"]),
     ("gallery", &["field"]),
-    ("recipes", &["gallery", "io", "report"]),
+    ("recipes", &["gallery", "io", "report", "singular"]),
 ];
 
 /// A path that goes the wrong way.

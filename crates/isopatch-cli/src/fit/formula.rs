@@ -1,12 +1,13 @@
-//! `isopatch fit` of a formula: a spline.
+//! `isopatch fit` of a formula: a spline, or flat triangles where it has singularities.
 
-use super::finish;
+use super::{finish, singular};
 use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::making;
 use crate::progress::Progress;
 use isopatch::base::BaseOptions;
+use isopatch::field::Formula;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::{PolygonMesh, read_mesh};
@@ -19,7 +20,14 @@ use std::path::Path;
 /// Makes the surface of `input`, which was typed as `text`.
 pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failure> {
     let progress = Progress::new(options.quiet);
-    let mut fitted = make(input, options, &progress)?;
+    let formula = match options.level {
+        Some(level) => input.formula.minus(level),
+        None => input.formula.clone(),
+    };
+    if let Some(found) = singular::look(&formula, input, options, &progress)? {
+        return singular::run(text, &formula, found, input, options, progress);
+    }
+    let mut fitted = make(&formula, input, options, &progress)?;
     progress.stage("inspection");
     let mut seconds = std::mem::take(&mut fitted.seconds);
     let inspection = seconds.measure("inspection", || measure(&fitted));
@@ -33,15 +41,16 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
 }
 
 /// The recipe, with the options of the command line.
-fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitted, Failure> {
-    let formula = match options.level {
-        Some(level) => input.formula.minus(level),
-        None => input.formula.clone(),
-    };
+fn make(
+    formula: &Formula,
+    input: &Input,
+    options: &FitOptions,
+    progress: &Progress,
+) -> Result<Fitted, Failure> {
     let bounds = options.bounds.or(input.bounds);
     if options.recipe == Some(Recipe::Paper) {
         let faces = options.faces.or(input.faces);
-        return Ok(paper_spline::fit(&formula, bounds, faces, &|stage| progress.stage(stage))?);
+        return Ok(paper_spline::fit(formula, bounds, faces, &|stage| progress.stage(stage))?);
     }
     let recipe = SplineRecipe {
         bounds,
@@ -53,14 +62,14 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
         },
         ..Default::default()
     };
-    Ok(spline::fit(&formula, &recipe, &|stage| progress.stage(stage))?)
+    Ok(spline::fit(formula, &recipe, &|stage| progress.stage(stage))?)
 }
 
 fn read_base(path: &Path) -> Result<PolygonMesh, Failure> {
     read_mesh(path).map_err(|source| Failure::Mesh { path: path.to_owned(), source })
 }
 
-fn size(input: &Input, options: &FitOptions) -> Size {
+pub(super) fn size(input: &Input, options: &FitOptions) -> Size {
     match (options.faces, options.tol, input.faces) {
         (Some(faces), ..) => Size::Faces(faces),
         (None, Some(tolerance), _) => Size::Tolerance(tolerance),
@@ -112,6 +121,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
             ..fitted.figures
         }),
         apatch: None,
+        singular: None,
         repairs: fitted.repairs.clone(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

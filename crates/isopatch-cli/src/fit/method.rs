@@ -20,6 +20,14 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
             "--method apatch takes a mesh; for a formula there is --method spline".into(),
         ));
     }
+    if options.triangulate.is_some() {
+        if options.method == Some(Method::Spline) {
+            return Err(Failure::Unfit(
+                "--triangulate makes flat triangles, --method spline a spline".into(),
+            ));
+        }
+        refuse(&of_splines(options), "for a spline, not for --triangulate")?;
+    }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
 
@@ -61,6 +69,15 @@ fn of_meshes(options: &FitOptions) -> [Given; 6] {
     ]
 }
 
+/// The options that only a spline of a formula takes.
+fn of_splines(options: &FitOptions) -> [Given; 3] {
+    [
+        ("--base", options.base.is_some()),
+        ("--base-method", options.base_method.is_some()),
+        ("--recipe", options.recipe.is_some()),
+    ]
+}
+
 /// The options that only A-patches take.
 fn of_a_patches(options: &FitOptions) -> [Given; 5] {
     [
@@ -73,7 +90,7 @@ fn of_a_patches(options: &FitOptions) -> [Given; 5] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 8] {
+fn of_formulas(options: &FitOptions) -> [Given; 9] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -82,6 +99,7 @@ fn of_formulas(options: &FitOptions) -> [Given; 8] {
         ("--set", !options.set.is_empty()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
+        ("--triangulate", options.triangulate.is_some()),
         ("--recipe", options.recipe.is_some()),
     ]
 }

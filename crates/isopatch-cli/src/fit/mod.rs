@@ -5,6 +5,7 @@ mod free;
 mod mesh;
 mod mesh_spline;
 mod method;
+mod singular;
 
 use crate::arguments::{Fit, FitOptions};
 use crate::config;
@@ -52,8 +53,19 @@ fn finish(
     report: &mut Report,
     progress: Progress,
 ) -> Result<(), Failure> {
+    let style = style(options);
+    finish_with(options, report, progress, &|outputs| outputs::write(model, &options.output, &style, outputs))
+}
+
+/// The same with files that are written by `write_files`.
+fn finish_with(
+    options: &FitOptions,
+    report: &mut Report,
+    progress: Progress,
+    write_files: &dyn Fn(&mut Outputs) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     progress.stage("files");
-    let written = write(model, options, report)?;
+    let written = write(options, report, write_files)?;
     drop(progress);
     if !options.quiet {
         print(&summary(report, &written));
@@ -62,13 +74,15 @@ fn finish(
 }
 
 /// Writes the files, then the report, which tells how long that took.
-fn write(model: &NativeModel, options: &FitOptions, report: &mut Report) -> Result<Vec<Written>, Failure> {
+fn write(
+    options: &FitOptions,
+    report: &mut Report,
+    write_files: &dyn Fn(&mut Outputs) -> Result<(), Failure>,
+) -> Result<Vec<Written>, Failure> {
     let writing = Writing::begin();
     let mut outputs = Outputs::new();
-    let style = style(options);
     let mut paths: Vec<&Path> = options.output.iter().map(|file| file.path.as_path()).collect();
-    let result =
-        report.seconds.measure("files", || outputs::write(model, &options.output, &style, &mut outputs));
+    let result = report.seconds.measure("files", || write_files(&mut outputs));
     if writing.interrupted() {
         return Err(Failure::Interrupted);
     }

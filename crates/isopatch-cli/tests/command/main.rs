@@ -8,6 +8,7 @@ mod listing;
 mod meshes;
 mod options;
 mod render;
+mod singular;
 
 use std::fs;
 use std::path::{Path, PathBuf};

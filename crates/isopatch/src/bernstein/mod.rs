@@ -22,5 +22,6 @@ pub mod index;
 pub mod pyramid;
 pub mod quads;
 pub mod restrict;
+pub mod tensor;
 pub mod tetrahedron;
 pub mod triangle;

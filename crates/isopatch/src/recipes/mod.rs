@@ -9,6 +9,8 @@
 //! [`hybrid`] is Xu, Bajaj & Evans: the same for a mesh of polygons, which stay as they are.
 //! [`mesh_spline`] is the spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
+//! [`singular`] triangulates an algebraic surface along its singular points and curves (Bajaj & Xu 1997, sections 3 and 4).
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 pub mod apatch;
@@ -21,6 +23,7 @@ pub mod paper_spline;
 mod patchwork;
 mod refine;
 mod rounds;
+pub mod singular;
 pub mod spline;
 mod triangulated;
 
