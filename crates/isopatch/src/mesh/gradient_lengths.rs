@@ -11,6 +11,9 @@ const MOST_STEPS: usize = 300;
 /// The residual, relative to the first one, at which the solver stops: what rounding leaves.
 const RESIDUAL: f64 = 1e-15;
 
+/// The product of the sines of an edge with the tangent planes at its ends below which a chord across it stands in for it.
+const TANGENT: f64 = 1e-12;
+
 /// An edge as an equation: the logarithm of the length at its end is that at its start plus `difference`. Corners between
 /// which there is no sharp edge have one length: `ends` are numbers of such sectors.
 #[derive(Clone, Copy)]
@@ -50,11 +53,26 @@ pub fn recovered(
         let h = mesh.edge_half_edge(e);
         [Some(h), mesh.twin(h).filter(|_| sharp[mesh.edge(h).index()])]
     };
-    let edges = mesh.edges().flat_map(seen_from).flatten().map(|h| [h, mesh.next(h)]);
+    let along_edge = |h: HalfEdgeId| {
+        let own = chord([h, mesh.next(h)]);
+        if own.is_some_and(|own| own.weight > TANGENT) {
+            return own;
+        }
+        across(mesh, sharp, h).and_then(chord).or(own)
+    };
+    let edges = mesh.edges().flat_map(seen_from).flatten().filter_map(along_edge);
     let chords: Vec<Chord> =
-        edges.chain(mesh.faces().flat_map(|f| diagonals(mesh, f))).filter_map(chord).collect();
+        edges.chain(mesh.faces().flat_map(|f| diagonals(mesh, f)).filter_map(chord)).collect();
     let lengths: Vec<f64> = logarithms(count, &chords).into_iter().map(f64::exp).collect();
     sector.into_iter().map(|s| lengths[s]).collect()
+}
+
+/// The chord that stands in for an edge between two larger polygons along which the surface is straight, as along the lines of a
+/// saddle: it crosses the edge, from the corner before its start on one side to that on the other.
+fn across(mesh: &HalfEdgeMesh, sharp: &[bool], h: HalfEdgeId) -> Option<[HalfEdgeId; 2]> {
+    let g = mesh.twin(h).filter(|_| !sharp[mesh.edge(h).index()])?;
+    let larger = |h| mesh.face_half_edges(mesh.face(h)).len() > 3;
+    (larger(h) && larger(g)).then(|| [mesh.prev(h), mesh.prev(g)])
 }
 
 /// The shortest diagonals of a polygon, from each corner to the next but one, as half edges that start at their ends: chords as the

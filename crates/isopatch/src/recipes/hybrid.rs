@@ -83,8 +83,8 @@ pub enum Fitted {
     Triangles(Box<FittedMesh>),
 }
 
-/// Rounds of cutting polygons that do not fit.
-const ROUNDS: usize = 4;
+/// Rounds: as it is, with normals that are turned, then with polygons cut that do not fit.
+const ROUNDS: usize = 5;
 
 /// Polygons with more corners are cut into triangles: their sectors would be slivers.
 const MOST_CORNERS: usize = 64;
@@ -123,7 +123,7 @@ pub fn fit(
     if recipe.triangles.patches.free != Free::Default {
         return over_triangles(Some("free parameters are given for triangles"));
     }
-    let mut work = Work { given: mesh, recipe, base, seconds, cut: BTreeMap::new() };
+    let mut work = Work { given: mesh, recipe, base, seconds, turns: false, cut: BTreeMap::new() };
     match work.run(progress)? {
         Found::Surface(fitted) => Ok(Fitted::Polygons(fitted)),
         Found::Nothing(why) => over_triangles(Some(why)),
@@ -136,6 +136,8 @@ struct Work<'a> {
     recipe: &'a HybridRecipe,
     base: Repaired,
     seconds: Seconds,
+    /// Are normals turned that do not see the faces around them? Not at first: those of a quadric may not, and do no harm.
+    turns: bool,
     /// Polygons of the file that were cut, by the reason.
     cut: BTreeMap<&'static str, Vec<u32>>,
 }
@@ -184,6 +186,9 @@ impl Work<'_> {
                 bad.iter().copied().filter(|f| self.base.faces[f.index()].len() > 3).collect();
             if bad.is_empty() {
                 return Ok(Found::Surface(Box::new(self.finished(surface, &problems, changed, moved))));
+            }
+            if !std::mem::replace(&mut self.turns, true) {
+                continue;
             }
             if to_cut.is_empty() || round + 1 == ROUNDS {
                 break;
@@ -241,11 +246,9 @@ impl Work<'_> {
             let ground = Ground { mesh: &mesh, positions: &base.positions, sources: &base.sources };
             gradients(given, &ground, &sharp, recipe, NormalSource::Angle)
         })?;
-        let moved: Vec<Place> =
-            turn_hidden(&mesh, &base.positions, &mut gradients, self.recipe.hull.visibility)
-                .into_iter()
-                .map(|v| base.sources.of_vertex(v))
-                .collect();
+        let least = if self.turns { self.recipe.hull.visibility } else { f64::NEG_INFINITY };
+        let turned = turn_hidden(&mesh, &base.positions, &mut gradients, least);
+        let moved: Vec<Place> = turned.into_iter().map(|v| base.sources.of_vertex(v)).collect();
         changed.extend(word("normals moved", &moved, "they did not see the faces around them"));
         let data = HermitePolygons::with_creases(mesh, base.positions.clone(), gradients, sharp)
             .map_err(|error| in_numbers_of_the_input(error, &base.sources))?;

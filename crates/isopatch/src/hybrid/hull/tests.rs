@@ -1,9 +1,9 @@
 use super::*;
-use crate::geom::Vec3;
-use crate::hull::Class;
-use crate::hybrid::{Element, HermitePolygons, HybridHull};
+use crate::geom::{Point3, Vec3};
+use crate::hull::{Class, Side};
+use crate::hybrid::{Element, HermitePolygons, HybridFace, HybridHull};
 use crate::mesh::HalfEdgeMesh;
-use test_bodies::{Body, Quadratic, bodies, quadrics};
+use test_bodies::{Body, Quadratic, bodies, grid, quadrics};
 
 fn data(body: &Body, gradient: impl Fn(usize) -> Vec3) -> HermitePolygons {
     let mesh = HalfEdgeMesh::from_faces(body.positions.len(), &body.faces).unwrap();
@@ -76,20 +76,27 @@ fn noisy_normals_still_give_single_sheets() {
 /// back over polygons that are not planar.
 #[test]
 fn the_rule_of_the_paper_is_exact_where_polygons_are_not_planar() {
-    let miss = |name: &str, linear: bool| {
-        let (q, body) = quadrics().into_iter().find(|(_, body)| body.name == name).unwrap();
+    let miss = |q: &Quadratic, body: &Body, linear: bool| {
         let rule = DefaultRule::Paper { linear };
-        let built = build(on_quadric(&q, &body), &HybridOptions { rule, ..HybridOptions::default() });
-        let of = |face: &crate::hybrid::HybridFace| {
-            let side =
-                crate::hull::Side::BOTH.into_iter().find(|side| face.apexes[side.index()].is_some()).unwrap();
+        let built = build(on_quadric(q, body), &HybridOptions { rule, ..HybridOptions::default() });
+        let of = |face: &HybridFace| {
+            let side = Side::BOTH.into_iter().find(|side| face.apexes[side.index()].is_some()).unwrap();
             let (a, jet) = (face.apexes[side.index()].unwrap(), face.jet(side).unwrap());
+            assert_eq!(face.at_apex[side.index()], Some(jet));
             (jet.value - q.value(&a)).abs()
         };
         built.hull.faces.iter().map(of).fold(0.0, f64::max)
     };
-    assert!(miss("cube", false) > 0.05 && miss("snub cube", true) > 1e-3);
-    assert!(miss("elliptic paraboloid", false) < 1e-11);
+    let named = |name: &str| quadrics().into_iter().find(|(_, body)| body.name == name).unwrap();
+    let (q, cube) = named("cube");
+    assert!(miss(&q, &cube, false) > 0.05 && miss(&q, &cube, true) > 0.05);
+    // Over a grid along the axes the quadrilaterals of a paraboloid are planar, over a skew one they are not.
+    let (q, _) = named("elliptic paraboloid");
+    let skew = grid("skew", [4, 4], false, |u, v| {
+        let (x, y) = (2.0 * u - 1.0 + 0.3 * (2.0 * v - 1.0), 2.0 * v - 1.0);
+        Point3::new(x, y, -0.4 * x * x - 0.6 * y * y)
+    });
+    assert!(miss(&q, &skew, false) < 1e-9, "{:e}", miss(&q, &skew, false));
 }
 
 #[test]
