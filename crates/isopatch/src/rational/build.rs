@@ -25,6 +25,18 @@ pub struct Built {
 /// # Errors
 /// [`FrameError`] for a frame that does not fit together.
 pub fn build(frame: &Frame) -> Result<Built, FrameError> {
+    let Patches { wires, patches, lost_normals } = patches(frame)?;
+    Ok(Built { surface: RationalSurface::new(frame.clone(), wires, patches), lost_normals })
+}
+
+/// The patches alone, and what they are made over.
+pub(super) struct Patches {
+    wires: Vec<WireOf>,
+    pub patches: Vec<RationalPatch>,
+    lost_normals: Vec<(u32, u8)>,
+}
+
+pub(super) fn patches(frame: &Frame) -> Result<Patches, FrameError> {
     frame.check()?;
     let wires = wires(frame);
     let uses = edge_uses(frame);
@@ -55,12 +67,12 @@ pub fn build(frame: &Frame) -> Result<Built, FrameError> {
         frame.normals[f][c].is_some() && !regular[f][c]
     };
     let lost_normals = corners.filter(is_lost).collect();
-    Ok(Built { surface: RationalSurface::new(frame, wires, patches), lost_normals })
+    Ok(Patches { wires, patches, lost_normals })
 }
 
 /// The seam of an edge of a triangle.
 #[derive(Clone, Copy)]
-struct EdgeUse {
+pub(super) struct EdgeUse {
     seam: usize,
     is_second: bool,
     side: (u32, u8),
@@ -68,19 +80,20 @@ struct EdgeUse {
 
 impl EdgeUse {
     /// The wire in the direction of the edge.
-    fn wire(&self, frame: &Frame, wires: &[WireOf]) -> Wire {
+    pub fn wire(&self, frame: &Frame, wires: &[WireOf]) -> Wire {
         let WireOf { start, wire } = &wires[frame.seams[self.seam].wire as usize];
         if frame.ends(self.side)[0] == *start { *wire } else { reversed(wire) }
     }
 }
 
 /// A wire and the vertex where it starts.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct WireOf {
     pub start: u32,
     pub wire: Wire,
 }
 
-fn edge_uses(frame: &Frame) -> Vec<[EdgeUse; 3]> {
+pub(super) fn edge_uses(frame: &Frame) -> Vec<[EdgeUse; 3]> {
     let none = EdgeUse { seam: 0, is_second: false, side: (0, 0) };
     let mut uses = vec![[none; 3]; frame.faces.len()];
     for (s, seam) in frame.seams.iter().enumerate() {
@@ -95,7 +108,7 @@ fn edge_uses(frame: &Frame) -> Vec<[EdgeUse; 3]> {
 
 /// The wires, each from all normals that the triangles along it have at its ends.
 fn wires(frame: &Frame) -> Vec<WireOf> {
-    let count = frame.seams.iter().map(|seam| seam.wire as usize + 1).max().unwrap_or(0);
+    let count = frame.wire_count();
     let mut normals: Vec<Option<([u32; 2], [Vec<Vec3>; 2])>> = vec![None; count];
     for seam in &frame.seams {
         for side in std::iter::once(seam.first).chain(seam.second) {

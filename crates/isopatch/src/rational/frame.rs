@@ -52,13 +52,19 @@ pub enum FrameError {
         /// The triangle.
         face: u32,
     },
-    /// Another number of normals than of triangles.
-    #[error("normals are given for {given} faces; there are {wanted}")]
+    /// Another number of normals or patches than there are triangles, or of curves than there are wires.
+    #[error("{given} are given where {wanted} are needed")]
     Count {
         /// How many are given.
         given: usize,
-        /// How many triangles there are.
+        /// How many there have to be.
         wanted: usize,
+    },
+    /// No seam has the wire of this number, though there are larger ones.
+    #[error("no seam is on wire {wire}")]
+    Wire {
+        /// The wire.
+        wire: u32,
     },
     /// An edge of a triangle is in no seam or in several, or a seam or wire does not fit its triangles.
     #[error("edge {edge} of face {face} is not in exactly one seam that fits it")]
@@ -115,6 +121,11 @@ impl Frame {
         self.faces[face as usize].map(|v| self.positions[v as usize])
     }
 
+    /// Number of wires.
+    pub fn wire_count(&self) -> usize {
+        self.seams.iter().map(|seam| seam.wire as usize + 1).max().unwrap_or(0)
+    }
+
     /// Is everything there, and does it fit together?
     pub(super) fn check(&self) -> Result<(), FrameError> {
         let wanted = self.faces.len();
@@ -163,6 +174,10 @@ impl Frame {
                 // Both sides of a smooth seam have the same orientation.
                 return Err(FrameError::Seam { face: second.0, edge: second.1 });
             }
+        }
+        let last = wires.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+        if let Some(gap) = wires[..last].iter().position(Option::is_none) {
+            return Err(FrameError::Wire { wire: gap as u32 });
         }
         let missing = used.iter().enumerate().find_map(|(f, edges)| Some((f, edges.iter().position(|u| !u)?)));
         match missing {

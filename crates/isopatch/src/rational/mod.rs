@@ -21,18 +21,21 @@ pub mod b_patch;
 mod build;
 pub mod conic;
 pub mod cubic;
+mod folds;
 mod form;
 mod frame;
 pub mod functional;
 mod patch;
 pub mod pieces;
+mod sheets;
 mod surface;
 pub mod weighted;
 
 pub use build::{Built, build};
 pub use frame::{Frame, FrameError, FrameSeam};
 pub use patch::RationalPatch;
-pub use surface::RationalSurface;
+pub use folds::{folded_faces, is_folded};
+pub use surface::{RationalParts, RationalSurface};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

@@ -1,9 +1,8 @@
-use super::build::WireOf;
-use super::frame::Frame;
-use super::patch::RationalPatch;
+use super::build::{WireOf, edge_uses};
+use super::frame::{Frame, FrameError};
+use super::patch::{CENTER, RationalPatch};
 use super::weighted::{WeightedNet, weighted_net};
 use crate::geom::{Aabb, Point3, Points, Vec3};
-use crate::network::wire::Wire;
 use crate::surface::{Domain, PatchForm, PatchId, Sample, Seam, Surface, Target};
 use rayon::prelude::*;
 
@@ -13,69 +12,92 @@ use rayon::prelude::*;
 /// shared in any case; [`Surface::curve`] says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RationalSurface {
-    positions: Vec<Point3>,
-    corners: Vec<[u32; 3]>,
-    wires: Vec<Wire>,
-    /// Vertices at the ends of each wire.
-    wire_ends: Vec<[u32; 2]>,
+    frame: Frame,
+    wires: Vec<WireOf>,
     patches: Vec<RationalPatch>,
     nets: Vec<WeightedNet>,
     seams: Vec<Seam>,
-    curves: Vec<u32>,
+}
+
+/// All that a [`RationalSurface`] is made of, for files.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RationalParts {
+    /// Triangles, normals, seams.
+    pub frame: Frame,
+    /// Vertex where each wire starts.
+    pub wire_starts: Vec<u32>,
+    /// The two inner Bézier points of each wire.
+    pub wires: Vec<[Point3; 2]>,
+    /// Middle point of the cubic, corrections, and M of each patch.
+    pub patches: Vec<(Point3, [[Vec3; 4]; 3], Vec3)>,
 }
 
 impl RationalSurface {
-    pub(super) fn new(frame: &Frame, wires: Vec<WireOf>, patches: Vec<RationalPatch>) -> Self {
-        let mut wire_ends = vec![[0; 2]; wires.len()];
-        for seam in &frame.seams {
-            let mut ends = frame.ends(seam.first);
-            if ends[0] != wires[seam.wire as usize].start {
-                ends.reverse();
-            }
-            wire_ends[seam.wire as usize] = ends;
-        }
+    pub(super) fn new(frame: Frame, wires: Vec<WireOf>, patches: Vec<RationalPatch>) -> Self {
         let seams = frame.seams.iter().map(|seam| {
             let (first, second, continuity) = frame.sides(seam);
             Seam { first, second, continuity }
         });
-        Self::from_parts(
-            frame.positions.clone(),
-            frame.faces.clone(),
-            wires.into_iter().map(|of| of.wire).collect(),
-            wire_ends,
-            patches,
-            seams.collect(),
-            frame.seams.iter().map(|seam| seam.wire).collect(),
-        )
+        let nets = patches.par_iter().map(weighted_net).collect();
+        Self { seams: seams.collect(), frame, wires, patches, nets }
     }
 
-    /// A surface from what [`Self`] tells of it. Wires and patches have to fit together.
-    pub(crate) fn from_parts(
-        positions: Vec<Point3>,
-        corners: Vec<[u32; 3]>,
-        wires: Vec<Wire>,
-        wire_ends: Vec<[u32; 2]>,
-        patches: Vec<RationalPatch>,
-        seams: Vec<Seam>,
-        curves: Vec<u32>,
-    ) -> Self {
-        let nets = patches.par_iter().map(weighted_net).collect();
-        Self { positions, corners, wires, wire_ends, patches, nets, seams, curves }
+    /// The surface of its parts.
+    ///
+    /// # Errors
+    /// [`FrameError`] if they do not fit together.
+    pub fn from_parts(parts: RationalParts) -> Result<Self, FrameError> {
+        let RationalParts { frame, wire_starts, wires, patches } = parts;
+        frame.check()?;
+        let count = frame.wire_count();
+        for (given, wanted) in
+            [(wire_starts.len(), count), (wires.len(), count), (patches.len(), frame.faces.len())]
+        {
+            if given != wanted {
+                return Err(FrameError::Count { given, wanted });
+            }
+        }
+        let mut whole: Vec<Option<WireOf>> = wires.iter().map(|_| None).collect();
+        for seam in &frame.seams {
+            let w = seam.wire as usize;
+            let [a, b] = frame.ends(seam.first);
+            let start = wire_starts[w];
+            if start != a && start != b {
+                return Err(FrameError::Seam { face: seam.first.0, edge: seam.first.1 });
+            }
+            let ends = [start, if start == a { b } else { a }].map(|v| frame.positions[v as usize]);
+            whole[w] = Some(WireOf { start, wire: [ends[0], wires[w][0], wires[w][1], ends[1]] });
+        }
+        // Wires are numbered without gaps, so each has a seam.
+        let wires: Vec<WireOf> = whole.into_iter().flatten().collect();
+        let uses = edge_uses(&frame);
+        let patch = |(f, (center, across, middle)): (usize, (Point3, [[Vec3; 4]; 3], Vec3))| {
+            let mut patch = RationalPatch::over_wires(&uses[f].map(|of| of.wire(&frame, &wires)));
+            patch.net[CENTER] = center;
+            RationalPatch { across, middle, ..patch }
+        };
+        let patches = patches.into_iter().enumerate().map(patch).collect();
+        Ok(Self::new(frame, wires, patches))
+    }
+
+    /// The parts, from which [`Self::from_parts`] makes the same surface to the bit.
+    pub fn parts(&self) -> RationalParts {
+        RationalParts {
+            frame: self.frame.clone(),
+            wire_starts: self.wires.iter().map(|of| of.start).collect(),
+            wires: self.wires.iter().map(|of| [of.wire[1], of.wire[2]]).collect(),
+            patches: self.patches.iter().map(|p| (p.net[CENTER], p.across, p.middle)).collect(),
+        }
+    }
+
+    /// What the surface interpolates.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
     /// Position of each vertex.
     pub fn positions(&self) -> &[Point3] {
-        &self.positions
-    }
-
-    /// Bézier points of each wire.
-    pub fn wires(&self) -> &[Wire] {
-        &self.wires
-    }
-
-    /// Vertices at the start and the end of each wire.
-    pub fn wire_ends(&self) -> &[[u32; 2]] {
-        &self.wire_ends
+        &self.frame.positions
     }
 
     /// A patch.
@@ -90,7 +112,7 @@ impl RationalSurface {
 
     /// Diagonal of the bounding box of the vertices.
     pub fn diagonal(&self) -> f64 {
-        Aabb::around(&self.positions).diagonal()
+        Aabb::around(&self.frame.positions).diagonal()
     }
 
     /// Moves the centroid of a patch by another vector than before, [`RationalPatch::middle`]. Borders and tangent planes there stay.
@@ -111,7 +133,7 @@ impl RationalSurface {
             .map(|i| {
                 let mut patch = self.patches[i].clone();
                 let shift = feet.get(i) - centers[i];
-                let [a, b, c] = self.corners[i].map(|v| self.positions[v as usize]);
+                let [a, b, c] = self.frame.corners(i as u32);
                 let size = (b - a).norm().max((c - b).norm()).max((a - c).norm());
                 if shift.norm() <= limit * size {
                     patch.middle += shift;
@@ -160,11 +182,11 @@ impl Surface for RationalSurface {
     }
 
     fn corners(&self, patch: PatchId) -> [u32; 3] {
-        self.corners[patch.index()]
+        self.frame.faces[patch.index()]
     }
 
     fn curve(&self, seam: usize) -> u32 {
-        self.curves[seam]
+        self.frame.seams[seam].wire
     }
 
     fn bounds(&self, patch: PatchId) -> Aabb {

@@ -7,7 +7,7 @@ pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
 /// Version whose change only adds: sections, which old readers skip or miss, and codes, which they refuse by name.
-pub const MINOR: u16 = 3;
+pub const MINOR: u16 = 4;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.
@@ -57,8 +57,24 @@ pub const EDGE_CELLS: Tag = Tag(*b"AECL");
 pub const FREE: Tag = Tag(*b"AFRE");
 pub const NOTES: Tag = Tag(*b"ANOT");
 
+// Sections of rational patches.
+pub const TRIANGLES: Tag = Tag(*b"RTRI");
+pub const POINTS: Tag = Tag(*b"RPOS");
+pub const NORMALS: Tag = Tag(*b"RNRM");
+pub const WIRE_STARTS: Tag = Tag(*b"RWST");
+pub const WIRES: Tag = Tag(*b"RWIR");
+pub const SEAMS: Tag = Tag(*b"RSEA");
+pub const CORRECTIONS: Tag = Tag(*b"RPAT");
+
+/// Bytes of a seam: two triangles and a wire, then two edges, whether it is smooth, and one of padding.
+pub const SEAM: usize = 3 * 4 + 4;
+/// The number of a triangle that is not there.
+pub const NO_FACE: u32 = u32::MAX;
+/// Numbers of a patch: middle point of the cubic, twelve coefficients of corrections, M.
+pub const CORRECTION_NUMBERS: usize = 3 + 36 + 3;
+
 /// Every section that this version knows.
-pub const KNOWN: [Tag; 18] = [
+pub const KNOWN: [Tag; 25] = [
     META,
     FACES,
     VERTICES,
@@ -77,6 +93,13 @@ pub const KNOWN: [Tag; 18] = [
     EDGE_CELLS,
     FREE,
     NOTES,
+    TRIANGLES,
+    POINTS,
+    NORMALS,
+    WIRE_STARTS,
+    WIRES,
+    SEAMS,
+    CORRECTIONS,
 ];
 
 /// Numbers of a face: direction and heights of its rays.

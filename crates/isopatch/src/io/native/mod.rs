@@ -3,16 +3,21 @@
 mod layout;
 mod read;
 mod read_a_patches;
+mod read_rational;
 mod write;
 mod write_a_patches;
+mod write_rational;
 
 pub use read::{NativeError, read_native};
 pub use write::write_native;
 pub use write_a_patches::write_native_a_patches;
+pub use write_rational::write_native_rational;
 
 use super::{Unit, WriteError};
 use crate::apatch::APatchSurface;
+use crate::rational::RationalSurface;
 use crate::spline::TriangularSpline;
+use crate::surface::Surface;
 use std::io::Write;
 
 /// A surface with the words about where it comes from.
@@ -31,6 +36,8 @@ pub enum NativeSurface {
     Spline(Box<TriangularSpline>),
     /// Rational A-patches.
     APatches(Box<APatchSurface>),
+    /// Rational patches.
+    Rational(Box<RationalSurface>),
 }
 
 impl NativeModel {
@@ -38,26 +45,44 @@ impl NativeModel {
     pub fn spline(&self) -> Option<&TriangularSpline> {
         match &self.surface {
             NativeSurface::Spline(spline) => Some(spline.as_ref()),
-            NativeSurface::APatches(_) => None,
+            NativeSurface::APatches(_) | NativeSurface::Rational(_) => None,
         }
     }
 
     /// The surface, if it is one of A-patches.
     pub fn a_patches(&self) -> Option<&APatchSurface> {
         match &self.surface {
-            NativeSurface::Spline(_) => None,
+            NativeSurface::Spline(_) | NativeSurface::Rational(_) => None,
             NativeSurface::APatches(surface) => Some(surface.as_ref()),
+        }
+    }
+
+    /// The surface, if it is one of rational patches.
+    pub fn rational(&self) -> Option<&RationalSurface> {
+        match &self.surface {
+            NativeSurface::Spline(_) | NativeSurface::APatches(_) => None,
+            NativeSurface::Rational(surface) => Some(surface.as_ref()),
+        }
+    }
+
+    /// The surface, whatever it is made of.
+    pub fn surface(&self) -> &dyn Surface {
+        match &self.surface {
+            NativeSurface::Spline(spline) => spline.as_ref(),
+            NativeSurface::APatches(surface) => surface.as_ref(),
+            NativeSurface::Rational(surface) => surface.as_ref(),
         }
     }
 
     /// Writes the model so that [`read_native`] gives it back bit for bit.
     ///
     /// # Errors
-    /// See [`write_native`] and [`write_native_a_patches`].
+    /// See [`write_native`], [`write_native_a_patches`] and [`write_native_rational`].
     pub fn write(&self, out: &mut impl Write) -> Result<(), WriteError> {
         match &self.surface {
             NativeSurface::Spline(spline) => write_native(spline, &self.provenance, out),
             NativeSurface::APatches(surface) => write_native_a_patches(surface, &self.provenance, out),
+            NativeSurface::Rational(surface) => write_native_rational(surface, &self.provenance, out),
         }
     }
 }

@@ -1,5 +1,6 @@
 use super::layout::*;
 use super::read_a_patches::a_patches;
+use super::read_rational::rational;
 use super::{NativeModel, NativeSurface, Provenance};
 use crate::base::{BaseMesh, BoxSides, Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
@@ -7,6 +8,7 @@ use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::hull::HermiteError;
 use crate::io::UnknownUnit;
 use crate::mesh::{HalfEdgeMesh, MeshError};
+use crate::rational::FrameError;
 use crate::spline::TriangularSpline;
 use std::io::Read;
 
@@ -78,6 +80,9 @@ pub enum NativeError {
     /// The mesh has no positions or gradients that can be interpolated.
     #[error(transparent)]
     Data(#[from] HermiteError),
+    /// The triangles, wires and patches do not fit together.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// A code, or the number of an element, that does not exist.
     #[error("entry {index} of section {section} is {code}, which does not exist")]
     Code {
@@ -105,6 +110,10 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     input.read_to_end(&mut bytes)?;
     let sections = Sections::parse(&bytes)?;
     let provenance = provenance(sections.get(META)?)?;
+    if sections.find(TRIANGLES).is_some() {
+        let surface = NativeSurface::Rational(Box::new(rational(&sections)?));
+        return Ok(NativeModel { surface, provenance });
+    }
     let mesh = mesh(sections.get(FACES)?)?;
     if sections.find(POSITIONS).is_some() {
         let surface = NativeSurface::APatches(Box::new(a_patches(&sections, mesh)?));
