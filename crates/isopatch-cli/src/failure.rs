@@ -8,6 +8,7 @@ use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
+use isopatch::recipes::rational::RationalError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
@@ -46,6 +47,8 @@ pub enum Failure {
     Free(#[from] FreeError),
     #[error("{}: {source}", path.display())]
     MeshSpline { path: PathBuf, source: MeshSplineError },
+    #[error("{}: {source}", path.display())]
+    Rational { path: PathBuf, source: RationalError },
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
     #[error("--base {}: {source}", path.display())]
@@ -89,6 +92,7 @@ impl Failure {
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }
+            | Self::Rational { .. }
             | Self::Native { .. }
             | Self::Mesh { .. }
             | Self::NoFormula(_)

@@ -87,6 +87,29 @@ pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Resul
     provenance(&making, input.to_owned(), options, diagonal)
 }
 
+/// What a native file says about rational patches that were just made through the vertices of a mesh file.
+pub fn of_rational_mesh(
+    input: &str,
+    options: &FitOptions,
+    normals: &str,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "rational".to_owned(),
+        mesh: true,
+        normals: Some(normals.to_owned()),
+        crease_angle: options.crease_angle,
+        ..Making::default()
+    };
+    provenance(&making, input.to_owned(), options, diagonal)
+}
+
+/// Where the normals of rational patches came from, if the file says so.
+pub fn normals(provenance: &Provenance) -> Option<String> {
+    let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();
+    making.normals
+}
+
 /// The figures of A-patches, with what the file says about their making.
 pub fn figures(provenance: &Provenance, figures: APatchReport) -> APatchReport {
     let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();

@@ -111,6 +111,16 @@ pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<
     }
 }
 
+/// Can rational patches be written with these cells?
+pub fn check_rational(cells: Option<VtkCells>) -> Result<(), Failure> {
+    match cells {
+        Some(VtkCells::Lagrange) => {
+            Err(Failure::Unfit("--cells: rational patches have Bézier or linear cells".into()))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
     let linear = style.cells == Some(VtkCells::Linear) || model.a_patches().is_some();
@@ -137,13 +147,10 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
 /// The resolution that is asked for, or else the default.
 fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Failure> {
     let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
-        Fineness::Standard if model.spline().is_some() => Ok(with(TessellateOptions::default().resolution)),
+        Fineness::Standard if model.a_patches().is_none() => Ok(with(TessellateOptions::default().resolution)),
         Fineness::Standard => {
             let coarser = (1..=APatchResolution::default().along).rev().map(with);
             Ok(coarser.into_iter().find(|r| triangles(surface, *r) <= MOST_TRIANGLES).unwrap_or(with(1)))
@@ -176,6 +183,9 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
             tessellate(spline.as_ref(), &TessellateOptions { resolution: resolution.along })?
         }
         NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
+        NativeSurface::Rational(surface) => {
+            tessellate(surface.as_ref(), &TessellateOptions { resolution: resolution.along })?
+        }
     })
 }
 
@@ -220,10 +230,7 @@ fn write_patches(
     style: &Style,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
-    let surface: &dyn Surface = match &model.surface {
-        NativeSurface::Spline(spline) => spline.as_ref(),
-        NativeSurface::APatches(surface) => surface.as_ref(),
-    };
+    let surface = model.surface();
     match file.format {
         Format::Step => {
             let name = file.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

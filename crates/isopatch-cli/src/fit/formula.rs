@@ -106,6 +106,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
             ..fitted.figures
         }),
         apatch: None,
+        rational: None,
         repairs: fitted.repairs.clone(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

@@ -94,6 +94,7 @@ pub fn describe(input: &str, model: &NativeModel, inspection: &APatchInspection)
         surface: SurfaceReport::new(common, "rational-a-patch", continuity),
         spline: None,
         apatch: None,
+        rational: None,
         repairs: Vec::new(),
         seconds: Seconds::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

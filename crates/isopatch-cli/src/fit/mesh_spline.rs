@@ -55,6 +55,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &FittedMeshSpline, inspec
         surface: SurfaceReport::new(inspection, "bezier-triangle-7", weakest(&fitted.surface)),
         spline: None,
         apatch: None,
+        rational: None,
         repairs: fitted.repairs.clone(),
         seconds: Seconds::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

@@ -20,6 +20,11 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
             "--method apatch takes a mesh; for a formula there is --method spline".into(),
         ));
     }
+    if options.method == Some(Method::Rational) {
+        return Err(Failure::Unfit(
+            "--method rational takes a mesh; for a formula there is --method spline".into(),
+        ));
+    }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
 
@@ -34,6 +39,11 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
             "{}: a STEP file can't hold A-patches; --method spline and --method auto make what it can hold",
             file.path.display()
         ))),
+        (Method::Rational, _) => {
+            refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            refuse(&only_of_a_patches(options), "for A-patches; rational patches have no such thing")?;
+            outputs::check_rational(options.cells)
+        }
         (Method::Auto | Method::Spline, _) => {
             refuse(&of_formulas(options), "for formulas, not for a mesh")?;
             refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
@@ -41,10 +51,23 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
     }
 }
 
-/// Is a mesh to become a spline? Otherwise A-patches.
-pub fn is_spline(options: &FitOptions) -> bool {
+/// What a mesh is to become.
+pub fn of_mesh(options: &FitOptions) -> MeshMethod {
     let step = options.output.iter().any(|file| file.format == Format::Step);
-    options.method == Some(Method::Spline) || step
+    match options.method {
+        Some(Method::Rational) => MeshMethod::Rational,
+        Some(Method::Spline) => MeshMethod::Spline,
+        _ if step => MeshMethod::Spline,
+        _ => MeshMethod::APatches,
+    }
+}
+
+/// A surface through the vertices of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshMethod {
+    Spline,
+    Rational,
+    APatches,
 }
 
 type Given = (&'static str, bool);
@@ -59,13 +82,18 @@ fn of_meshes(options: &FitOptions) -> [Given; 4] {
     ]
 }
 
-/// The options that only A-patches take.
+/// The options that a spline over a mesh does not take.
 fn of_a_patches(options: &FitOptions) -> [Given; 3] {
     [
         ("--normals", options.normals.is_some()),
         ("--gradient-lengths", options.gradient_lengths.is_some()),
         ("--free", options.free.is_some()),
     ]
+}
+
+/// Those of them that rational patches do not take.
+fn only_of_a_patches(options: &FitOptions) -> [Given; 2] {
+    [("--gradient-lengths", options.gradient_lengths.is_some()), ("--free", options.free.is_some())]
 }
 
 /// The options that only a formula takes.

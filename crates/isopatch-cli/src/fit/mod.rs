@@ -5,6 +5,7 @@ mod free;
 mod mesh;
 mod mesh_spline;
 mod method;
+mod rational;
 
 use crate::arguments::{Fit, FitOptions};
 use crate::config;
@@ -20,7 +21,9 @@ use isopatch::report::Report;
 use std::path::Path;
 
 pub use free::FreeError;
+use method::MeshMethod;
 pub use mesh::{describe, weakest};
+pub use rational::describe as describe_rational;
 
 pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let options = match &arguments.config {
@@ -36,8 +39,11 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     }
     match &source {
         Source::Formula(input) => formula::run(&arguments.input, input, &options),
-        Source::Mesh(path) if method::is_spline(&options) => mesh_spline::run(path, &options),
-        Source::Mesh(path) => mesh::run(path, &options),
+        Source::Mesh(path) => match method::of_mesh(&options) {
+            MeshMethod::Spline => mesh_spline::run(path, &options),
+            MeshMethod::Rational => rational::run(path, &options),
+            MeshMethod::APatches => mesh::run(path, &options),
+        },
     }
 }
 

@@ -4,8 +4,11 @@ use super::across::correction;
 use super::frame::{Frame, FrameError, FrameSeam};
 use super::patch::RationalPatch;
 use super::surface::RationalSurface;
-use crate::geom::{Point3, Vec3};
-use crate::network::wire::{Wire, WireEnd, across, end_tangent, is_orthogonal, reversed, wire};
+use crate::geom::{Point3, Points, Vec3};
+use crate::network::wire::{
+    Wire, WireEnd, across, end_tangent, is_orthogonal, middle, reversed, through_middle, wire,
+};
+use crate::surface::Target;
 use rayon::prelude::*;
 
 /// A surface, and what the construction says about it.
@@ -25,7 +28,23 @@ pub struct Built {
 /// # Errors
 /// [`FrameError`] for a frame that does not fit together.
 pub fn build(frame: &Frame) -> Result<Built, FrameError> {
-    let Patches { wires, patches, lost_normals } = patches(frame)?;
+    build_with(frame, &BuildOptions::default())
+}
+
+/// What [`build_with`] is given besides the frame.
+#[derive(Clone, Copy, Default)]
+pub struct BuildOptions<'a> {
+    /// For each wire by its number: the normal of a plane that it lies in with both ends, such as a side of a box that cuts the surface; no
+    /// entry for none. Default: no planes.
+    pub planes: &'a [Option<Vec3>],
+    /// What wires come close to: their midpoints are brought onto it, by the lengths of their tangents. None for wires that depend on
+    /// the frame alone, the default.
+    pub target: Option<&'a dyn Target>,
+}
+
+/// The same with options.
+pub fn build_with(frame: &Frame, options: &BuildOptions<'_>) -> Result<Built, FrameError> {
+    let Patches { wires, patches, lost_normals } = patches(frame, options)?;
     Ok(Built { surface: RationalSurface::new(frame.clone(), wires, patches), lost_normals })
 }
 
@@ -36,9 +55,9 @@ pub(super) struct Patches {
     lost_normals: Vec<(u32, u8)>,
 }
 
-pub(super) fn patches(frame: &Frame) -> Result<Patches, FrameError> {
+pub(super) fn patches(frame: &Frame, options: &BuildOptions<'_>) -> Result<Patches, FrameError> {
     frame.check()?;
-    let wires = wires(frame);
+    let wires = wires(frame, options);
     let uses = edge_uses(frame);
     let regular = regular_corners(frame, &wires, &uses);
     let flat: Vec<Vec3> = (0..frame.faces.len() as u32).map(|f| flat_normal(&frame.corners(f))).collect();
@@ -107,7 +126,7 @@ pub(super) fn edge_uses(frame: &Frame) -> Vec<[EdgeUse; 3]> {
 }
 
 /// The wires, each from all normals that the triangles along it have at its ends.
-fn wires(frame: &Frame) -> Vec<WireOf> {
+fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
     let count = frame.wire_count();
     let mut normals: Vec<Option<([u32; 2], [Vec<Vec3>; 2])>> = vec![None; count];
     for seam in &frame.seams {
@@ -121,15 +140,30 @@ fn wires(frame: &Frame) -> Vec<WireOf> {
             }
         }
     }
-    normals
-        .into_par_iter()
-        .map(|gathered| {
-            let ([start, end], normals) = gathered.unwrap_or_default();
-            let p = [start, end].map(|v| frame.positions.get(v as usize).copied().unwrap_or_default());
-            let chord = p[1] - p[0];
-            WireOf { start, wire: wire(p, normals.map(|n| wire_end(&n, &chord))) }
-        })
-        .collect()
+    for (plane, gathered) in options.planes.iter().zip(&mut normals) {
+        if let (Some(plane), Some((_, gathered))) = (plane, gathered) {
+            // The wire leaves along the line in which the plane meets the tangent plane; a free end stays free.
+            gathered.iter_mut().filter(|n| !n.is_empty()).for_each(|n| n.push(*plane));
+        }
+    }
+    let made = |gathered: Option<([u32; 2], [Vec<Vec3>; 2])>| {
+        let ([start, end], normals) = gathered.unwrap_or_default();
+        let p = [start, end].map(|v| frame.positions.get(v as usize).copied().unwrap_or_default());
+        let chord = p[1] - p[0];
+        let ends = normals.map(|n| wire_end(&n, &chord));
+        (WireOf { start, wire: wire(p, ends) }, ends)
+    };
+    let mut made: Vec<(WireOf, [WireEnd; 2])> = normals.into_par_iter().map(made).collect();
+    if let Some(target) = options.target {
+        let middles = made.iter().map(|(of, _)| middle(&of.wire));
+        let mut feet: Points = middles.collect();
+        target.project(&mut feet);
+        for (w, (of, ends)) in made.iter_mut().enumerate() {
+            let in_plane = options.planes.get(w).copied().flatten();
+            of.wire = through_middle(&of.wire, ends, &feet.get(w), in_plane);
+        }
+    }
+    made.into_iter().map(|(of, _)| of).collect()
 }
 
 /// Normals with a smaller sine between them are the same.

@@ -1,6 +1,6 @@
 //! Patches that fold over.
 
-use super::build::patches;
+use super::build::{BuildOptions, patches};
 use super::frame::{Frame, FrameError};
 use super::patch::RationalPatch;
 use crate::bernstein::triangle;
@@ -23,7 +23,7 @@ pub fn is_folded(patch: &RationalPatch, normals: &[Option<Vec3>; 3], flat: &Vec3
 /// The triangles over which [`super::build`] would make folded patches, in order.
 pub fn folded_faces(frame: &Frame, lattice: usize) -> Result<Vec<u32>, FrameError> {
     let lattice = triangle::lattice(lattice.max(1));
-    let made = patches(frame)?.patches;
+    let made = patches(frame, &BuildOptions::default())?.patches;
     let folded = (0..frame.faces.len() as u32).into_par_iter().filter(|f| {
         let [a, b, c] = frame.corners(*f);
         let flat = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros);

@@ -31,7 +31,7 @@ mod sheets;
 mod surface;
 pub mod weighted;
 
-pub use build::{Built, build};
+pub use build::{BuildOptions, Built, build, build_with};
 pub use frame::{Frame, FrameError, FrameSeam};
 pub use patch::RationalPatch;
 pub use folds::{folded_faces, is_folded};

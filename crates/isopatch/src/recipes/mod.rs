@@ -6,6 +6,8 @@
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
 //! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
+//! [`rational`] is the second half of Bajaj & Xu 1997: rational patches, through the vertices of a mesh.
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
 pub mod apatch;
@@ -14,6 +16,7 @@ mod finish;
 mod least;
 pub mod mesh_spline;
 mod patchwork;
+pub mod rational;
 mod refine;
 mod rounds;
 pub mod spline;
