@@ -95,6 +95,7 @@ pub mod query;
 pub mod rational;
 pub mod recipes;
 pub mod report;
+pub mod singular;
 pub mod spline;
 pub mod surface;
 pub mod tessellate;

@@ -17,6 +17,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("mesh", &["bernstein"]),
     ("surface", &["field", "mesh"]),
     ("base", &["surface"]),
+    ("singular", &["base"]),
     ("hull", &["base"]),
     ("apatch", &["hull"]),
     ("network", &["base"]),
@@ -29,7 +30,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("report", &["inspect"]),
     ("io", &["tessellate", "query", "inspect", "render"]),
     ("gallery", &["field"]),
-    ("recipes", &["gallery", "io", "report"]),
+    ("recipes", &["gallery", "io", "report", "singular"]),
 ];
 
 /// A path that goes the wrong way.

@@ -21,5 +21,6 @@ pub mod energy;
 pub mod index;
 pub mod quads;
 pub mod restrict;
+pub mod tensor;
 pub mod tetrahedron;
 pub mod triangle;

@@ -10,6 +10,7 @@ use super::lower::lower;
 use super::number::Bounded;
 use super::parse::parse;
 use super::polynomial::Polynomial;
+use super::quadratic::QuadraticPolynomial;
 use super::tape::{Tape, cell_inputs};
 use super::token::{Span, tokenize};
 use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Mat3, Point3, Points, PointsMut, PointsView, Vec3};
@@ -113,6 +114,15 @@ impl Formula {
     /// [`Polynomial`]. Found at the first call.
     pub fn polynomial(&self) -> Option<&Polynomial> {
         self.polynomial.get_or_init(|| Polynomial::of(&self.expression, self.root)).as_ref()
+    }
+
+    /// The function as a polynomial whose coefficients may hold one square root, as in `(1+sqrt(5))/2`; none if it is
+    /// none, or beyond the limits of [`Polynomial`].
+    pub fn quadratic_polynomial(&self) -> Option<QuadraticPolynomial> {
+        match self.polynomial() {
+            Some(rational) => Some(QuadraticPolynomial::plain(rational.clone())),
+            None => QuadraticPolynomial::of(&self.expression, self.root),
+        }
     }
 
     /// The value of a formula that is a polynomial without x, y and z.

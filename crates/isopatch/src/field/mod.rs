@@ -16,6 +16,7 @@ mod lower;
 mod number;
 mod parse;
 mod polynomial;
+mod quadratic;
 mod tape;
 mod token;
 
@@ -29,6 +30,7 @@ pub use diagnose::{DomainError, DomainErrorKind, Kink};
 pub use error::{FormulaError, FormulaErrorKind};
 pub use formula::Formula;
 pub use polynomial::{Exponents, Polynomial};
+pub use quadratic::QuadraticPolynomial;
 pub use token::Span;
 
 use crate::geom::{Aabb, Affine, Interval, Jet, Jets, Point3, PointsMut, PointsView, Vec3};

@@ -21,7 +21,13 @@ pub struct Polynomial {
 }
 
 /// Products of coefficients that may still be formed.
-struct Budget(usize);
+pub(super) struct Budget(usize);
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self(Polynomial::MAX_PRODUCTS)
+    }
+}
 
 impl Polynomial {
     /// Highest total degree.
@@ -37,7 +43,7 @@ impl Polynomial {
     pub(super) fn of(expression: &Expression, root: TermId) -> Option<Self> {
         let parts = expression.parts(root);
         let mut known: Vec<Option<Self>> = vec![None; parts.len()];
-        let mut budget = Budget(Self::MAX_PRODUCTS);
+        let mut budget = Budget::default();
         for id in (0..parts.len()).filter(|&id| parts[id]) {
             let of = |operand: TermId| known[operand as usize].as_ref();
             let expanded = match expression.term(id as TermId) {
@@ -66,12 +72,12 @@ impl Polynomial {
         known.pop().flatten()
     }
 
-    fn constant(value: BigRational) -> Self {
+    pub(super) fn constant(value: BigRational) -> Self {
         let terms = if value.is_zero() { BTreeMap::new() } else { BTreeMap::from([([0; 3], value)]) };
         Self { terms }
     }
 
-    fn variable(axis: usize) -> Self {
+    pub(super) fn variable(axis: usize) -> Self {
         let mut exponents = [0; 3];
         exponents[axis] = 1;
         Self { terms: BTreeMap::from([(exponents, BigRational::one())]) }
@@ -90,19 +96,19 @@ impl Polynomial {
         fits.then_some(Self { terms })
     }
 
-    fn plus(&self, other: &Self, budget: &mut Budget) -> Option<Self> {
+    pub(super) fn plus(&self, other: &Self, budget: &mut Budget) -> Option<Self> {
         budget.spend(self.terms.len() + other.terms.len())?;
         let mut terms = self.terms.clone();
         other.terms.iter().for_each(|(e, c)| accumulate(&mut terms, *e, c.clone()));
         Self::checked(terms)
     }
 
-    fn scaled(&self, factor: &BigRational, budget: &mut Budget) -> Option<Self> {
+    pub(super) fn scaled(&self, factor: &BigRational, budget: &mut Budget) -> Option<Self> {
         budget.spend(self.terms.len())?;
         Self::checked(self.terms.iter().map(|(e, c)| (*e, c * factor)).collect())
     }
 
-    fn times(&self, other: &Self, budget: &mut Budget) -> Option<Self> {
+    pub(super) fn times(&self, other: &Self, budget: &mut Budget) -> Option<Self> {
         if self.degree().saturating_add(other.degree()) > Self::MAX_DEGREE {
             return None;
         }
@@ -116,7 +122,7 @@ impl Polynomial {
         Self::checked(terms)
     }
 
-    fn power(&self, exponent: u32, budget: &mut Budget) -> Option<Self> {
+    pub(super) fn power(&self, exponent: u32, budget: &mut Budget) -> Option<Self> {
         if self.degree().saturating_mul(exponent) > Self::MAX_DEGREE {
             return None;
         }
@@ -132,6 +138,17 @@ impl Polynomial {
                 .and_then(|power| Self::checked(Self::constant(power).terms));
         }
         (0..exponent).try_fold(Self::constant(BigRational::one()), |power, _| power.times(self, budget))
+    }
+
+    /// The polynomial of the given terms; those with equal exponents are added.
+    pub fn from_terms(terms: impl IntoIterator<Item = (Exponents, BigRational)>) -> Self {
+        let mut sum = BTreeMap::new();
+        for (exponents, coefficient) in terms {
+            if !coefficient.is_zero() {
+                accumulate(&mut sum, exponents, coefficient);
+            }
+        }
+        Self { terms: sum }
     }
 
     /// Total degree; 0 for the zero polynomial.
