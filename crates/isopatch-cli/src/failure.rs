@@ -6,6 +6,7 @@ use crate::input::InputError;
 use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
+use isopatch::recipes::algebraic::AlgebraicError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::rational::RationalError;
@@ -39,6 +40,8 @@ pub enum Failure {
     Unfit(String),
     #[error(transparent)]
     Recipe(#[from] RecipeError),
+    #[error(transparent)]
+    Algebraic(#[from] AlgebraicError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -89,6 +92,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Algebraic(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }

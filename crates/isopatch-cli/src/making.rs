@@ -4,6 +4,7 @@ use crate::arguments::FitOptions;
 use crate::failure::Failure;
 use crate::input::Input;
 use isopatch::field::{Constants, Formula};
+use isopatch::geom::Aabb;
 use isopatch::io::native::Provenance;
 use isopatch::recipes::apatch::FittedMesh;
 use isopatch::recipes::spline::Fitted;
@@ -58,6 +59,24 @@ pub fn of_formula(
         level: options.level,
         negated: fitted.negated,
         r#box: Some(report::corners(&fitted.bounds)),
+        ..Making::default()
+    };
+    provenance(&making, input.formula.text().to_owned(), options, diagonal)
+}
+
+/// What a native file says about rational patches that were just made from a formula.
+pub fn of_rational_formula(
+    input: &Input,
+    options: &FitOptions,
+    bounds: &Aabb,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "rational".to_owned(),
+        set: input.assignments.clone(),
+        level: options.level,
+        r#box: Some(report::corners(bounds)),
+        normals: Some("field".to_owned()),
         ..Making::default()
     };
     provenance(&making, input.formula.text().to_owned(), options, diagonal)

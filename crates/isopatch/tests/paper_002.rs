@@ -286,7 +286,7 @@ fn with_limits(shape: Shape, scale: usize, fit: bool) -> RationalSurface {
     let options = BuildOptions { target: fit.then_some(&shape as &dyn Target), ..BuildOptions::default() };
     let mut surface = build_with(&frame, &options).unwrap().surface;
     if fit {
-        surface.fit_middles(&shape, 0.1);
+        surface.fit_middles(&shape, 0.05);
     }
     surface
 }
@@ -435,7 +435,7 @@ fn fitted_wires_and_middles() {
         let options = BuildOptions { target: Some(&Shape::Torus), ..BuildOptions::default() };
         let mut fitted = build_with(&frame, &options).unwrap().surface;
         let wires = distance(Shape::Torus, &fitted);
-        fitted.fit_middles(&Shape::Torus, 0.1);
+        fitted.fit_middles(&Shape::Torus, 0.05);
         let [before, after] = [&plain, &fitted].map(|surface| distance(Shape::Torus, surface));
         println!("torus: {before:.2e}, wires {wires:.2e}, middles {after:.2e}");
         assert!(after <= 0.6 * before && jump(&fitted, 0.0) <= 2e-11);

@@ -17,13 +17,12 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
         return Err(Failure::Unfit(
-            "--method apatch takes a mesh; for a formula there is --method spline".into(),
+            "--method apatch takes a mesh; for a formula there are --method spline and --method rational".into(),
         ));
     }
     if options.method == Some(Method::Rational) {
-        return Err(Failure::Unfit(
-            "--method rational takes a mesh; for a formula there is --method spline".into(),
-        ));
+        refuse(&of_splines(options), "for splines, not for rational patches")?;
+        outputs::check_rational(options.cells)?;
     }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
@@ -94,6 +93,15 @@ fn of_a_patches(options: &FitOptions) -> [Given; 3] {
 /// Those of them that rational patches do not take.
 fn only_of_a_patches(options: &FitOptions) -> [Given; 2] {
     [("--gradient-lengths", options.gradient_lengths.is_some()), ("--free", options.free.is_some())]
+}
+
+/// The options that only a spline over a formula takes.
+fn of_splines(options: &FitOptions) -> [Given; 3] {
+    [
+        ("--faces", options.faces.is_some()),
+        ("--base", options.base.is_some()),
+        ("--base-method", options.base_method.is_some()),
+    ]
 }
 
 /// The options that only a formula takes.

@@ -1,5 +1,6 @@
 //! `isopatch fit`: a formula or a mesh to files.
 
+mod algebraic;
 mod formula;
 mod free;
 mod mesh;
@@ -7,7 +8,7 @@ mod mesh_spline;
 mod method;
 mod rational;
 
-use crate::arguments::{Fit, FitOptions};
+use crate::arguments::{Fit, FitOptions, Method};
 use crate::config;
 use crate::failure::{Failure, print};
 use crate::input::Source;
@@ -38,6 +39,9 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
         pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
     }
     match &source {
+        Source::Formula(input) if options.method == Some(Method::Rational) => {
+            algebraic::run(&arguments.input, input, &options)
+        }
         Source::Formula(input) => formula::run(&arguments.input, input, &options),
         Source::Mesh(path) => match method::of_mesh(&options) {
             MeshMethod::Spline => mesh_spline::run(path, &options),

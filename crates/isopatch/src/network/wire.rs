@@ -73,7 +73,7 @@ pub fn middle(wire: &Wire) -> Point3 {
 /// Largest change of the length of a tangent, relative.
 const MOST_STRETCH: f64 = 0.3;
 /// Largest move of the middle, in chords.
-const MOST_MOVE: f64 = 0.15;
+const MOST_MOVE: f64 = 0.05;
 
 /// The wire changed so that its middle comes to `foot`: a free end takes the tangent that it needs; two tangents with given
 /// directions get other lengths, with which the middle is where it was in the direction along `foot` − C(½), the rest being a matter

@@ -6,10 +6,12 @@
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
 //! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
-//! [`rational`] is the second half of Bajaj & Xu 1997: rational patches, through the vertices of a mesh.
+//! [`algebraic`] is Bajaj & Xu 1997: rational patches over an algebraic surface with singularities; [`rational`] makes them through the
+//! vertices of a mesh.
 //!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
+pub mod algebraic;
 pub mod apatch;
 mod differentiable;
 mod finish;
