@@ -10,9 +10,7 @@ use isopatch::apatch::APatchSurface;
 use isopatch::base::BaseMesh;
 use isopatch::field::{Field, Formula};
 use isopatch::geom::{Point3, Vec3};
-use isopatch::inspect::{
-    APatchInspectOptions, InspectOptions, inspect, inspect_a_patches, inspect_rational,
-};
+use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect, inspect_a_patches, inspect_rational};
 use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
 use isopatch::rational::RationalSurface;
 use isopatch::report::{

@@ -150,7 +150,9 @@ fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Fa
     let surface = model.surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
-        Fineness::Standard if model.a_patches().is_none() => Ok(with(TessellateOptions::default().resolution)),
+        Fineness::Standard if model.a_patches().is_none() => {
+            Ok(with(TessellateOptions::default().resolution))
+        }
         Fineness::Standard => {
             let coarser = (1..=APatchResolution::default().along).rev().map(with);
             Ok(coarser.into_iter().find(|r| triangles(surface, *r) <= MOST_TRIANGLES).unwrap_or(with(1)))

@@ -65,7 +65,11 @@ fn conic_wires_with_two_normals() {
                 assert_eq!(normals.one_plus_w, number(&case["one_plus_w"]), "{name}");
                 let [start, end] = &normals.numerator;
                 if case.get("E").is_some() {
-                    assert_eq!((start.clone(), end - start), (vector(&case["E"]), vector(&case["D"])), "{name}");
+                    assert_eq!(
+                        (start.clone(), end - start),
+                        (vector(&case["E"]), vector(&case["D"])),
+                        "{name}"
+                    );
                 }
                 // (5.4), identically: three Bernstein coefficients of n·C'.
                 let [c0, c1] = conic.end_tangents();
@@ -242,8 +246,9 @@ fn conic_patches_have_the_normals_asked_for() {
 /// it can.
 #[test]
 fn the_relaxed_case_of_lemma_6_1() {
-    let on_cylinder =
-        |angle: f64, z: f64| (Vec3::new(angle.cos(), angle.sin(), z), Vec3::new(angle.cos(), angle.sin(), 0.0));
+    let on_cylinder = |angle: f64, z: f64| {
+        (Vec3::new(angle.cos(), angle.sin(), z), Vec3::new(angle.cos(), angle.sin(), 0.0))
+    };
     let corners = [on_cylinder(0.0, 0.0), on_cylinder(0.7, 0.2), on_cylinder(0.3, 1.0)];
     let ends = |k: usize| (corners[k], corners[(k + 1) % 3]);
     let wires = [0, 1, 2].map(|k| {

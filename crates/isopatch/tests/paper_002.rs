@@ -265,7 +265,8 @@ fn made(shape: Shape, scale: usize) -> (Frame, RationalSurface) {
 /// fitted to the surface.
 fn with_limits(shape: Shape, scale: usize, fit: bool) -> RationalSurface {
     let (frame, _) = made(shape, scale);
-    let is_singular: Vec<bool> = frame.positions.iter().map(|p| shape.gradient(p).norm() <= SINGULAR).collect();
+    let is_singular: Vec<bool> =
+        frame.positions.iter().map(|p| shape.gradient(p).norm() <= SINGULAR).collect();
     let normals: Vec<[Vec3; 3]> = frame
         .faces
         .iter()
@@ -278,7 +279,8 @@ fn with_limits(shape: Shape, scale: usize, fit: bool) -> RationalSurface {
         })
         .collect();
     let on_curve = |seam: &&FrameSeam| frame.ends(seam.first).iter().all(|v| is_singular[*v as usize]);
-    let mut singular: Vec<[u32; 2]> = frame.seams.iter().filter(on_curve).map(|s| frame.ends(s.first)).collect();
+    let mut singular: Vec<[u32; 2]> =
+        frame.seams.iter().filter(on_curve).map(|s| frame.ends(s.first)).collect();
     singular.iter_mut().for_each(|ends| ends.sort_unstable());
     singular.sort_unstable();
     singular.dedup();
@@ -334,7 +336,8 @@ fn jump(surface: &RationalSurface, inside: f64) -> f64 {
         let Some(second) = seam.second else { continue };
         for i in 1..16 {
             let t = f64::from(i) / 16.0;
-            let [n, m] = [seam.first, second].map(|side| surface.sample(side.patch, beside(side, t, inside)).normal);
+            let [n, m] =
+                [seam.first, second].map(|side| surface.sample(side.patch, beside(side, t, inside)).normal);
             widest = widest.max(n.cross(&m).norm().atan2(n.dot(&m)));
         }
     }
@@ -361,7 +364,8 @@ fn the_four_surfaces_of_section_6_3() {
             let Some(second) = seam.second else { continue };
             for i in 0..=16 {
                 let t = f64::from(i) / 16.0;
-                let [a, b] = [seam.first, second].map(|side| surface.sample(side.patch, beside(side, t, 0.0)).point);
+                let [a, b] =
+                    [seam.first, second].map(|side| surface.sample(side.patch, beside(side, t, 0.0)).point);
                 assert_eq!(a, b, "{shape:?}");
             }
         }
@@ -400,7 +404,10 @@ fn limit_normals_and_fitted_wires() {
         let [plain, fitted] = [false, true].map(|fit| with_limits(shape, 1, fit));
         let distances = [&plain, &fitted].map(|surface| distance(shape, surface));
         let jumps = [0.0, 1e-5, 1e-6].map(|inside| jump(&fitted, inside));
-        println!("{shape:?}: {:.2e}, fitted {:.2e}, of {limit:.1e}; jumps {jumps:?}", distances[0], distances[1]);
+        println!(
+            "{shape:?}: {:.2e}, fitted {:.2e}, of {limit:.1e}; jumps {jumps:?}",
+            distances[0], distances[1]
+        );
         assert!(distances[0] <= limit && distances[1] <= distances[0]);
         assert!(jumps[0] <= 2e-11 && jumps[1] > 8.0 * jumps[2], "{shape:?}");
     }
@@ -455,7 +462,10 @@ fn derivatives_agree_with_differences() {
                 let t = at(u, v);
                 let du = (at(u + h, v).point - at(u - h, v).point) / (2.0 * h);
                 let dv = (at(u, v + h).point - at(u, v - h).point) / (2.0 * h);
-                assert!((du - t.du).norm() < 1e-7 && (dv - t.dv).norm() < 1e-7, "{shape:?} {patch:?} {u} {v}");
+                assert!(
+                    (du - t.du).norm() < 1e-7 && (dv - t.dv).norm() < 1e-7,
+                    "{shape:?} {patch:?} {u} {v}"
+                );
             }
         }
     }
@@ -487,7 +497,10 @@ fn all_forms_of_a_patch_are_the_same_surface() {
                         });
                         let expected = surface.sample(patch, [l[0], l[1]]).point;
                         let scale = corners.iter().map(|p| p.norm()).fold(1.0, f64::max);
-                        assert!((piece.evaluate(s, tau) - expected).norm() < 1e-13 * scale, "{shape:?} {patch:?}");
+                        assert!(
+                            (piece.evaluate(s, tau) - expected).norm() < 1e-13 * scale,
+                            "{shape:?} {patch:?}"
+                        );
                         if l.iter().filter(|x| **x > 0.0).count() > 1 {
                             assert!((b_spline.evaluate([l[0], l[1]]) - expected).norm() < 1e-13 * scale);
                         }
@@ -540,7 +553,11 @@ fn functional_patches_are_c1() {
     let value = |patch: &isopatch::rational::functional::FunctionalPatch, p: Vec2| {
         let [x, y, z] = patch.corners;
         let area = (y - x).perp(&(z - x));
-        patch.value([(y - p).perp(&(z - p)) / area, (z - p).perp(&(x - p)) / area, (x - p).perp(&(y - p)) / area])
+        patch.value([
+            (y - p).perp(&(z - p)) / area,
+            (z - p).perp(&(x - p)) / area,
+            (x - p).perp(&(y - p)) / area,
+        ])
     };
     let h = 1e-5;
     for i in 0..=8 {
@@ -612,7 +629,10 @@ fn the_schemes_of_the_paper_on_a_sphere() {
         let patch = cubic::patch(&cover, normals.each_ref(), 1e-10);
         cubic_error = cubic_error.max(patch.normal_error);
     }
-    println!("conic: {conic_error:.1e} rad, distance {conic_distance:.2e}; cubic: {:.3} deg", cubic_error.to_degrees());
+    println!(
+        "conic: {conic_error:.1e} rad, distance {conic_distance:.2e}; cubic: {:.3} deg",
+        cubic_error.to_degrees()
+    );
     assert!(conic_error < 1e-12 && conic_distance < 3e-3);
     assert!(cubic_error > 1e-6 && cubic_error < 0.05f64.to_radians());
 }

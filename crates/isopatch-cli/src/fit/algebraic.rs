@@ -42,14 +42,8 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
         singular_curves: set.curves.len(),
         ..described.base
     };
-    let mut report = Report {
-        method: Some("rational".to_owned()),
-        base,
-        rational,
-        repairs: notes,
-        seconds,
-        ..described
-    };
+    let mut report =
+        Report { method: Some("rational".to_owned()), base, rational, repairs: notes, seconds, ..described };
     let provenance = making::of_rational_formula(input, options, &bounds, found.common.diagonal)?;
     let model = NativeModel { surface: NativeSurface::Rational(Box::new(surface)), provenance };
     finish(&model, options, &mut report, progress)

@@ -17,7 +17,8 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
         return Err(Failure::Unfit(
-            "--method apatch takes a mesh; for a formula there are --method spline and --method rational".into(),
+            "--method apatch takes a mesh; for a formula there are --method spline and --method rational"
+                .into(),
         ));
     }
     if options.method == Some(Method::Rational) {

@@ -22,8 +22,8 @@ use isopatch::report::Report;
 use std::path::Path;
 
 pub use free::FreeError;
-use method::MeshMethod;
 pub use mesh::{describe, weakest};
+use method::MeshMethod;
 pub use rational::describe as describe_rational;
 
 pub fn run(arguments: &Fit) -> Result<(), Failure> {

@@ -38,7 +38,10 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let input = path.display().to_string();
     let unit = options.unit.unwrap_or_default();
     let described = describe(&input, unit.symbol(), &surface, &inspection);
-    let figures = described.rational.clone().map(|of| RationalReport { normals: Some(normals.name().to_owned()), ..of });
+    let figures = described
+        .rational
+        .clone()
+        .map(|of| RationalReport { normals: Some(normals.name().to_owned()), ..of });
     let mut report =
         Report { method: Some("rational".to_owned()), rational: figures, repairs, seconds, ..described };
     let provenance = making::of_rational_mesh(&input, options, normals.name(), inspection.common.diagonal)?;

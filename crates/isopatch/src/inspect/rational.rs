@@ -2,8 +2,8 @@
 
 use super::seams::normal_jump;
 use super::{
-    InspectOptions, Inspection, Interpolation, Topology, coverage, deviation, extent, intersections, or_infinite, seams,
-    topology,
+    InspectOptions, Inspection, Interpolation, Topology, coverage, deviation, extent, intersections,
+    or_infinite, seams, topology,
 };
 use crate::field::Field;
 use crate::geom::Aabb;

@@ -81,12 +81,7 @@ fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, tables: &Ta
 }
 
 /// The same from samples. A corner in which one of the patches has no normal is left out: a vertex of a cone has none.
-fn measure_samples(
-    surface: &dyn Surface,
-    first: SeamSide,
-    second: SeamSide,
-    intervals: usize,
-) -> (f64, f64) {
+fn measure_samples(surface: &dyn Surface, first: SeamSide, second: SeamSide, intervals: usize) -> (f64, f64) {
     let at = |side: SeamSide, i: usize| surface.sample(side.patch, on_edge(side, i, intervals));
     let (mut gap, mut widest) = (0.0, Widest::default());
     for i in 0..=intervals {

@@ -290,7 +290,9 @@ impl Grid<'_> {
         }
         if !self.weights.is_empty() {
             let write = |out: &mut W| {
-                text::write_items(out, self.weights.len(), |i, bytes| bytes.extend(self.weights[i].to_le_bytes()))
+                text::write_items(out, self.weights.len(), |i, bytes| {
+                    bytes.extend(self.weights[i].to_le_bytes())
+                })
             };
             let bytes = self.weights.len() * size_of::<f64>();
             add(Element::PointData, "Float64", "RationalWeights", 1, bytes, Box::new(write));

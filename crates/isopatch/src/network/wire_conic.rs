@@ -47,11 +47,7 @@ impl<T: Number> Conic<T> {
 
     /// Problem 1(i): two normals, of any length. Normals are parallel if the sine of their angle is at most `tolerance`, and the
     /// chord orthogonal to them if the cosine is. Lemma 5.1: with independent normals there is exactly one.
-    pub fn with_two_normals(
-        p: [&Vector<T>; 2],
-        n: [&Vector<T>; 2],
-        tolerance: &T,
-    ) -> Result<Self, NoConic> {
+    pub fn with_two_normals(p: [&Vector<T>; 2], n: [&Vector<T>; 2], tolerance: &T) -> Result<Self, NoConic> {
         let d = p[1] - p[0];
         if are_parallel(n[0], n[1], tolerance) {
             let is_across = are_orthogonal(n[1], &d, tolerance); // (5.8)
@@ -96,11 +92,7 @@ impl<T: Number> Conic<T> {
     ///
     /// 1 + w = −n₀·d / n₁·d has to be positive. Where both products vanish, w is free and 0 is taken; products count as 0 up to
     /// `tolerance` times the lengths. One zero alone would put a zero or a pole of n at an end.
-    pub fn normals(
-        &self,
-        n: [&Vector<T>; 2],
-        tolerance: &T,
-    ) -> Result<ConicNormals<T>, NoNormalFunction> {
+    pub fn normals(&self, n: [&Vector<T>; 2], tolerance: &T) -> Result<ConicNormals<T>, NoNormalFunction> {
         let d = &self.a + &self.b;
         let product = |n: &Vector<T>| {
             if are_orthogonal(n, &d, tolerance) { T::zero() } else { n.dot(&d) }

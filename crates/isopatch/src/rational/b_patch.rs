@@ -115,7 +115,8 @@ fn triangle(knots: &[Knots; 3], ijk: [usize; 3]) -> [[f64; 3]; 3] {
 
 /// Area of a triangle in barycentric coordinates, 1 for that of the patch.
 fn area([a, b, c]: &[[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0])
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
 /// Barycentric coordinates of x in a triangle.

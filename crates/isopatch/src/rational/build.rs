@@ -61,7 +61,8 @@ pub(super) fn patches(frame: &Frame, options: &BuildOptions<'_>) -> Result<Patch
     let uses = edge_uses(frame);
     let regular = regular_corners(frame, &wires, &uses);
     let flat: Vec<Vec3> = (0..frame.faces.len() as u32).map(|f| flat_normal(&frame.corners(f))).collect();
-    let across: Vec<Across> = frame.seams.par_iter().map(|seam| seam_across(frame, seam, &wires, &flat)).collect();
+    let across: Vec<Across> =
+        frame.seams.par_iter().map(|seam| seam_across(frame, seam, &wires, &flat)).collect();
     let patches: Vec<RationalPatch> = (0..frame.faces.len())
         .into_par_iter()
         .map(|f| {
@@ -179,7 +180,11 @@ fn wire_end(normals: &[Vec3], chord: &Vec3) -> WireEnd {
     let Some(other) = widest else { return WireEnd::Plane(*first) };
     let line = first.cross(other).normalize();
     let is_common = normals.iter().all(|n| is_orthogonal(n, &line));
-    if is_common && line.dot(chord).abs() > ASKANCE * chord.norm() { WireEnd::Line(line) } else { WireEnd::Free }
+    if is_common && line.dot(chord).abs() > ASKANCE * chord.norm() {
+        WireEnd::Line(line)
+    } else {
+        WireEnd::Free
+    }
 }
 
 /// Corners at which the patch has the tangent plane that its normal asks for: both wires are in it.

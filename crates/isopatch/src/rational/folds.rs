@@ -9,7 +9,12 @@ use rayon::prelude::*;
 
 /// Is a patch folded? Then its normal somewhere on the lattice with `lattice` intervals is at a right angle or more to the normals of its
 /// corners, blended by barycentric coordinates; a corner without a normal has that of the triangle.
-pub fn is_folded(patch: &RationalPatch, normals: &[Option<Vec3>; 3], flat: &Vec3, lattice: &[[f64; 3]]) -> bool {
+pub fn is_folded(
+    patch: &RationalPatch,
+    normals: &[Option<Vec3>; 3],
+    flat: &Vec3,
+    lattice: &[[f64; 3]],
+) -> bool {
     let [n0, n1, n2] = normals.map(|n| n.and_then(|n| n.try_normalize(0.0)).unwrap_or(*flat));
     lattice.iter().any(|l| {
         let t = patch.evaluate([l[0], l[1]]);

@@ -26,7 +26,8 @@ impl<T: Copy + Mul<f64, Output = T> + AddAssign> Form<T> {
         let degree = self.degree + factor.degree;
         let mut product = vec![zero; index::count(degree)];
         for (a, x) in index::indices(self.degree).zip(&self.coefficients) {
-            for (b, y) in index::indices(factor.degree).zip(&factor.coefficients).filter(|(_, y)| **y != 0.0) {
+            for (b, y) in index::indices(factor.degree).zip(&factor.coefficients).filter(|(_, y)| **y != 0.0)
+            {
                 let sum = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
                 product[index::position(sum)] += *x * (y * multinomial(a) * multinomial(b));
             }

@@ -90,9 +90,8 @@ impl Frame {
         let seams = mesh.edges().map(|e| {
             let h = mesh.edge_half_edge(e);
             let twin = mesh.twin(h);
-            let agree = |g: HalfEdgeId| {
-                normal(h) == normal(mesh.next(g)) && normal(mesh.next(h)) == normal(g)
-            };
+            let agree =
+                |g: HalfEdgeId| normal(h) == normal(mesh.next(g)) && normal(mesh.next(h)) == normal(g);
             let smooth = twin.is_some_and(|g| !sharp[e.index()] && agree(g));
             FrameSeam { first: side(h), second: twin.map(side), smooth, wire: e.0 }
         });
@@ -179,7 +178,8 @@ impl Frame {
         if let Some(gap) = wires[..last].iter().position(Option::is_none) {
             return Err(FrameError::Wire { wire: gap as u32 });
         }
-        let missing = used.iter().enumerate().find_map(|(f, edges)| Some((f, edges.iter().position(|u| !u)?)));
+        let missing =
+            used.iter().enumerate().find_map(|(f, edges)| Some((f, edges.iter().position(|u| !u)?)));
         match missing {
             Some((face, edge)) => Err(FrameError::Seam { face: face as u32, edge: edge as u8 }),
             None => Ok(()),

@@ -69,10 +69,7 @@ fn linear_across(part: &[f64; 10], [a, b, center]: &[Vec2; 3]) -> f64 {
     // The foot of the centroid on the edge: direction = centre − foot, with barycentric coordinates (s − 1, −s, 1).
     let edge = b - a;
     let s = (center - a).dot(&edge) / edge.norm_squared();
-    let ends = [
-        (s - 1.0) * part[0] - s * part[1] + part[2],
-        (s - 1.0) * part[3] - s * part[6] + part[7],
-    ];
+    let ends = [(s - 1.0) * part[0] - s * part[1] + part[2], (s - 1.0) * part[3] - s * part[6] + part[7]];
     0.5 * (ends[0] + ends[1]) - (s - 1.0) * part[1] + s * part[3]
 }
 

@@ -32,11 +32,7 @@ mod surface;
 pub mod weighted;
 
 pub use build::{BuildOptions, Built, build, build_with};
+pub use folds::{folded_faces, is_folded};
 pub use frame::{Frame, FrameError, FrameSeam};
 pub use patch::RationalPatch;
-pub use folds::{folded_faces, is_folded};
 pub use surface::{RationalParts, RationalSurface};
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests;

@@ -96,8 +96,7 @@ impl RationalPatch {
         let corner = |k: usize| l[k] * l[k] * l[k] * self.net[CORNERS[k]];
         let corners = corner(0) + corner(1) + corner(2);
         let mut point = Point3::zeros();
-        let mut partials: [Vec3; 3] =
-            std::array::from_fn(|k| 3.0 * l[k] * l[k] * self.net[CORNERS[k]]);
+        let mut partials: [Vec3; 3] = std::array::from_fn(|k| 3.0 * l[k] * l[k] * self.net[CORNERS[k]]);
         for k in 0..3 {
             let (x, y) = (l[k], l[(k + 1) % 3]);
             let [first, second] = EDGES[k].map(|p| self.net[p]);

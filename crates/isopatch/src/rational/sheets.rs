@@ -80,7 +80,9 @@ impl Fans {
         let corner = |(f, k): (u32, u8), end: usize| 3 * f as usize + (usize::from(k) + end) % 3;
         for seam in seams.iter().filter(|seam| seam.smooth) {
             if let Some(second) = seam.second {
-                for (a, b) in [(corner(seam.first, 0), corner(second, 1)), (corner(seam.first, 1), corner(second, 0))] {
+                for (a, b) in
+                    [(corner(seam.first, 0), corner(second, 1)), (corner(seam.first, 1), corner(second, 0))]
+                {
                     let (a, b) = (root(&mut parents, a), root(&mut parents, b));
                     parents[a.max(b)] = a.min(b);
                 }

@@ -87,8 +87,7 @@ pub fn fit(
 ) -> Result<FittedAlgebraic, AlgebraicError> {
     let mut seconds = Seconds::default();
     progress("box");
-    let bounds =
-        seconds.measure("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
+    let bounds = seconds.measure("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
     progress("singularities");
     let set = seconds.measure("singularities", || singular_set(formula, &bounds, &recipe.singular))?;
     let mut options = recipe.mesh.clone();
@@ -126,10 +125,7 @@ const MOST_MOVE: f64 = 0.05;
 ///
 /// # Errors
 /// [`FrameError`] for a mesh that does not fit together.
-pub fn over_singular_mesh(
-    mesh: &SingularMesh,
-    target: Option<&dyn Target>,
-) -> Result<Built, FrameError> {
+pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> Result<Built, FrameError> {
     let is_singular: Vec<bool> = mesh.vertices.iter().map(|kind| kind.is_singular()).collect();
     let frame = Frame::over_sheets(
         mesh.positions.clone(),
@@ -182,7 +178,9 @@ fn notes(found: &Triangulated, built: &Built) -> Vec<Repair> {
                 "the surface has no sheet there",
             ),
             LowerPart::Stick(points) => {
-                let at = points.first().map_or_else(String::new, |p| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z));
+                let at = points
+                    .first()
+                    .map_or_else(String::new, |p| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z));
                 note("curve left out".to_owned(), format!("from {at}"), "the surface has no sheet there")
             }
         });

@@ -16,9 +16,7 @@ use crate::base::Repair;
 use crate::geom::Vec3;
 use crate::hull::most_visible_direction;
 use crate::io::read::PolygonMesh;
-use crate::mesh::{
-    FaceId, HalfEdgeId, HalfEdgeMesh, Place, PrepareOptions, VertexId, creases, normals,
-};
+use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh, Place, PrepareOptions, VertexId, creases, normals};
 use crate::rational::{Built, Frame, FrameError, RationalSurface, build, folded_faces};
 use crate::report::Seconds;
 
@@ -121,7 +119,11 @@ pub fn fit(
     repairs.splice(0..0, base.repairs.iter().cloned());
     repairs.extend(word("normals moved", &moved, "patches there folded"));
     repairs.extend(word("edges made sharp", &added, "smooth patches folded there"));
-    repairs.extend(word("corners without a tangent plane", &lost, "the planes of the sharp edges there have no line in common"));
+    repairs.extend(word(
+        "corners without a tangent plane",
+        &lost,
+        "the planes of the sharp edges there have no line in common",
+    ));
     repairs.extend(word("surface not certain", &of_faces(folded.clone()), "a patch folds over"));
     let sharp = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()]).count();
     Ok(FittedRational { surface, normals: source, sharp_edges: sharp, folded, repairs, seconds })

@@ -54,7 +54,8 @@ fn triangles(parts: &RationalParts) -> Vec<u8> {
 
 fn seam(seam: &FrameSeam) -> Vec<u8> {
     let (second, edge) = seam.second.unwrap_or((NO_FACE, 0));
-    let mut bytes: Vec<u8> = [seam.first.0, second, seam.wire].into_iter().flat_map(u32::to_le_bytes).collect();
+    let mut bytes: Vec<u8> =
+        [seam.first.0, second, seam.wire].into_iter().flat_map(u32::to_le_bytes).collect();
     bytes.extend([seam.first.1, edge, u8::from(seam.smooth), 0]);
     bytes
 }

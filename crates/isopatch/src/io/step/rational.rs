@@ -147,10 +147,12 @@ fn write_wire<W: Write>(
     let middle_vertex = entities.add(&format!("VERTEX_POINT('',#{middle_point})"))?;
     let [[start_point, start], [end_point, end]] = ends.map(|v| corners[v as usize]);
     let mut edges = [0; 2];
-    for (half, (points, from, to)) in
-        [(first, [start_point, start], [middle_point, middle_vertex]), (second, [middle_point, middle_vertex], [end_point, end])]
-            .into_iter()
-            .enumerate()
+    for (half, (points, from, to)) in [
+        (first, [start_point, start], [middle_point, middle_vertex]),
+        (second, [middle_point, middle_vertex], [end_point, end]),
+    ]
+    .into_iter()
+    .enumerate()
     {
         let inner = [write_point(&points[1], entities)?, write_point(&points[2], entities)?];
         let curve = entities.add(&format!(
@@ -182,7 +184,9 @@ fn write_patch<W: Write>(
     };
     let vertices = surface.corners(patch);
     let pieces = pieces(degree, weighted);
-    let cut = |k: usize, entities: &mut Entities<'_, W>| write_cut(&pieces[k], sides[k], sides[(k + 2) % 3], entities);
+    let cut = |k: usize, entities: &mut Entities<'_, W>| {
+        write_cut(&pieces[k], sides[k], sides[(k + 2) % 3], entities)
+    };
     let cuts = [cut(0, entities)?, cut(1, entities)?, cut(2, entities)?];
     let mut faces = [0; 4];
     for k in 0..3 {
@@ -242,8 +246,8 @@ fn write_cut<W: Write>(
         n + 1,
         weights(far),
     ))?;
-    let edge =
-        entities.add(&format!("EDGE_CURVE('',#{},#{},#{curve},.T.)", from.middle_vertex, to.middle_vertex))?;
+    let edge = entities
+        .add(&format!("EDGE_CURVE('',#{},#{},#{curve},.T.)", from.middle_vertex, to.middle_vertex))?;
     Ok(Cut { points, edge })
 }
 
