@@ -28,6 +28,13 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
 
+/// May a formula become rational patches if no spline can be made of it?
+pub fn may_be_rational(options: &FitOptions) -> bool {
+    options.method.unwrap_or(Method::Auto) == Method::Auto
+        && refuse(&of_splines(options), "").is_ok()
+        && outputs::check_rational(options.cells).is_ok()
+}
+
 fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
     let step = options.output.iter().find(|file| file.format == Format::Step);
     match (options.method.unwrap_or(Method::Auto), step) {

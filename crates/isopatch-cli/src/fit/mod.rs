@@ -16,8 +16,10 @@ use crate::interrupt::Writing;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
+use isopatch::base::BaseError;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
+use isopatch::recipes::spline::RecipeError;
 use isopatch::report::Report;
 use std::path::Path;
 
@@ -42,7 +44,15 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
         Source::Formula(input) if options.method == Some(Method::Rational) => {
             algebraic::run(&arguments.input, input, &options)
         }
-        Source::Formula(input) => formula::run(&arguments.input, input, &options),
+        Source::Formula(input) => match formula::run(&arguments.input, input, &options) {
+            // A spline has no singular points; rational patches have.
+            Err(Failure::Recipe(RecipeError::Base(BaseError::Singular { .. })))
+                if method::may_be_rational(&options) =>
+            {
+                algebraic::run(&arguments.input, input, &options)
+            }
+            result => result,
+        },
         Source::Mesh(path) => match method::of_mesh(&options) {
             MeshMethod::Spline => mesh_spline::run(path, &options),
             MeshMethod::Rational => rational::run(path, &options),

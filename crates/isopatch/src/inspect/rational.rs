@@ -1,10 +1,12 @@
 //! What a surface of rational patches is worth.
 
+use super::deviation::deviation_at;
 use super::seams::normal_jump;
 use super::{
-    InspectOptions, Inspection, Interpolation, Topology, coverage, deviation, extent, intersections,
-    or_infinite, seams, topology,
+    InspectOptions, Inspection, Interpolation, Topology, coverage, extent, intersections, or_infinite, seams,
+    topology,
 };
+use crate::bernstein::triangle;
 use crate::field::Field;
 use crate::geom::Aabb;
 use crate::mesh::HalfEdgeMesh;
@@ -17,7 +19,8 @@ use std::collections::{BTreeMap, HashMap};
 #[derive(Clone, Debug, PartialEq)]
 pub struct RationalInspection {
     /// What is measured of every surface. Curvatures, which the method does not interpolate, are NaN. At singular vertices no normals
-    /// are compared.
+    /// are compared; with such, or crossings, deviations are those of samples inside the patches, and no self-intersections are looked for
+    /// where sheets cross by nature.
     pub common: Inspection,
     /// Patches that fold over, in order: see [`is_folded`].
     pub folded: Vec<PatchId>,
@@ -39,6 +42,10 @@ pub fn inspect_rational(
     let lattice = Some(options.intersection_lattice).filter(|n| *n > 0);
     let back = field.filter(|_| options.back_samples > 0);
     let counts = curve_counts(frame);
+    let crossings = counts.values().filter(|(uses, _)| *uses > 2).count();
+    // Where ∇f vanishes, on singular curves and points, neither |f|/|∇f| nor the normal says anything: these are on borders.
+    let is_regular = frame.normals.iter().flatten().all(Option::is_some) && crossings == 0;
+    let inside = if is_regular { triangle::lattice } else { triangle::interior_lattice };
     let common = Inspection {
         diagonal,
         bounds: Aabb::around(&frame.positions),
@@ -47,13 +54,13 @@ pub fn inspect_rational(
         extent,
         seams: seams(surface, diagonal, options.seam_samples),
         interpolation: interpolation(surface, diagonal),
-        intersections: lattice.and_then(|n| intersections(surface, n).ok()),
-        deviation: field.map(|f| deviation(surface, f, diagonal, options.lattice)),
+        intersections: lattice.filter(|_| crossings == 0).and_then(|n| intersections(surface, n).ok()),
+        deviation: field.map(|f| deviation_at(surface, f, diagonal, &inside(options.lattice.max(3)))),
         coverage: options.coverage.or_else(|| {
             coverage(surface, back?, diagonal, extent.area, options.back_samples, options.region)
         }),
     };
-    let samples = crate::bernstein::triangle::lattice(options.lattice.max(1));
+    let samples = triangle::lattice(options.lattice.max(1));
     let folds = |p: &PatchId| {
         let [a, b, c] = frame.corners(p.0);
         let flat = (b - a).cross(&(c - a)).normalize();
@@ -69,7 +76,7 @@ pub fn inspect_rational(
     RationalInspection {
         common,
         folded: patches.into_par_iter().filter(folds).collect(),
-        crossings: counts.values().filter(|(uses, _)| *uses > 2).count(),
+        crossings,
         singular_vertices: tips.len(),
     }
 }

@@ -11,7 +11,7 @@
 use crate::base::{self, BaseError, FieldTarget, Repair};
 use crate::field::Formula;
 use crate::geom::{Aabb, Vec3};
-use crate::inspect::deviation;
+use crate::inspect::{InspectOptions, inspect_rational};
 use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with};
 use crate::report::Seconds;
 use crate::singular::mesh::{
@@ -103,8 +103,17 @@ pub fn fit(
         let built = seconds.measure("patches", || over_singular_mesh(&found.mesh, Some(&target)))?;
         left -= 1;
         if let Some(tolerance) = recipe.tolerance.filter(|_| left > 0) {
-            let diagonal = built.surface.diagonal();
-            let measure = || deviation(&built.surface, formula, diagonal, LATTICE).max_first_order;
+            let measure = || {
+                let options = InspectOptions {
+                    lattice: LATTICE,
+                    back_samples: 0,
+                    intersection_lattice: 0,
+                    seam_samples: 2,
+                    ..InspectOptions::default()
+                };
+                let found = inspect_rational(&built.surface, Some(formula), &options);
+                found.common.deviation.map_or(f64::INFINITY, |d| d.max_distance)
+            };
             let distance = seconds.measure("distance", measure);
             if distance > tolerance {
                 // The order is about 4 in the length of edges, that of flat triangles 2.
