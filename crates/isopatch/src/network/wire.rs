@@ -84,7 +84,8 @@ pub fn through_middle(wire: &Wire, ends: &[WireEnd; 2], foot: &Point3, plane: Op
     if let Some(n) = plane {
         miss -= n * (n.dot(&miss) / n.norm_squared());
     }
-    if !(miss.norm() <= MOST_MOVE * chord) {
+    let is_near = miss.norm() <= MOST_MOVE * chord;
+    if !is_near {
         return *wire;
     }
     let mut moved = *wire;

@@ -22,7 +22,7 @@ pub struct CubicPatch {
 pub fn cover(wires: [&Cubic<f64>; 3], at: [f64; 3], point: &Vec3) -> Option<RationalPatch> {
     let mut patch = RationalPatch::over_wires(&wires.map(Cubic::bezier));
     let weight = 6.0 * at[0] * at[1] * at[2];
-    if !(weight > 0.0) {
+    if weight.is_nan() || weight <= 0.0 {
         return None;
     }
     let miss = point - patch.evaluate([at[0], at[1]]).point;

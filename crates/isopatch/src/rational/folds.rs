@@ -21,7 +21,8 @@ pub fn is_folded(
         let normal = t.du.cross(&t.dv);
         let is_tip = (0..3).any(|c| l[c] == 1.0 && patch.is_singular(c));
         // Not a number counts as folded.
-        !is_tip && !(normal.dot(&(l[0] * n0 + l[1] * n1 + l[2] * n2)) > 0.0)
+        let faces_out = normal.dot(&(l[0] * n0 + l[1] * n1 + l[2] * n2)) > 0.0;
+        !is_tip && !faces_out
     })
 }
 
