@@ -6,7 +6,7 @@ use crate::inspect::read;
 use crate::interrupt::{Interruptible, Writing};
 use crate::outputs::{self, flattened_for_picture};
 use isopatch::io::atomic::Outputs;
-use isopatch::io::native::{NativeModel, NativeSurface};
+use isopatch::io::native::NativeModel;
 use isopatch::io::png::write_png;
 use isopatch::io::read::read_mesh;
 use isopatch::render::{Image, RenderOptions, Style, Subject, Up, View, draw, of_polygons, scene};
