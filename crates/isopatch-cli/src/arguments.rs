@@ -7,6 +7,7 @@ use isopatch::base::BaseMethod;
 use isopatch::geom::Aabb;
 use isopatch::io::Unit;
 use isopatch::recipes::apatch::{GradientLengths, NormalSource};
+use isopatch::render::View;
 use std::path::PathBuf;
 
 /// Turn a formula into a smooth solid made of few Bézier patches, for CAD, or a mesh into a smooth surface through it.
@@ -22,6 +23,7 @@ pub enum Command {
     Fit(Box<Fit>),
     Inspect(Inspect),
     Convert(Convert),
+    Render(Render),
     Gallery(Gallery),
 }
 
@@ -56,7 +58,8 @@ Exit status: 0 done; 1 the input can't be handled; 2 the command line is wrong; 
 /// The options of `fit`, from the command line or a file.
 #[derive(Clone, Debug, Default, Args)]
 pub struct FitOptions {
-    /// Output file, as often as wanted; its ending is the format: .step .stp .vtu .glb .obj .ply .stl .isopatch
+    /// Output file, as often as wanted; its ending is the format: .step .stp .vtu .msh .glb .3mf .obj .off .ply .stl
+    /// .png .isopatch
     #[arg(short, long, value_name = "OUT", value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
@@ -98,6 +101,11 @@ pub struct FitOptions {
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
 
+    /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
+    /// [default: default]
+    #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method"])]
+    pub recipe: Option<Recipe>,
+
     /// Where the normals of a mesh come from [default: the file if it has any, else loop]
     #[arg(long, value_name = "SOURCE", help_heading = MESHES)]
     pub normals: Option<Normals>,
@@ -115,8 +123,8 @@ pub struct FitOptions {
     #[arg(long, value_name = "VALUE|FILE", allow_hyphen_values = true, value_parser = values::free, help_heading = MESHES)]
     pub free: Option<FreeValues>,
 
-    /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
-    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
+    /// Intervals along the edge of a patch, where flat triangles are written: .glb .3mf .obj .off .ply .stl, and .vtu
+    /// with linear cells, and .vtu and .msh of A-patches [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
@@ -152,6 +160,15 @@ pub enum MeshMethod {
     Remesh,
     /// Decimation by quadric errors, and flips
     Qem,
+}
+
+/// How a formula becomes a spline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Recipe {
+    /// With rounds, as it is best
+    Default,
+    /// As printed
+    Paper,
 }
 
 impl From<MeshMethod> for BaseMethod {
@@ -258,12 +275,12 @@ pub struct Convert {
     #[arg(value_name = "IN.isopatch")]
     pub input: PathBuf,
 
-    /// Output file; its ending is the format: .step .stp .vtu .glb .obj .ply .stl .isopatch
+    /// Output file; its ending is the format: .step .stp .vtu .msh .glb .3mf .obj .off .ply .stl .png .isopatch
     #[arg(value_name = "OUT", required = true, value_parser = values::output)]
     pub output: Vec<OutputFile>,
 
-    /// Intervals along the edge of a patch, where flat triangles are written: .glb .obj .ply .stl, and .vtu with linear
-    /// cells [default: 8, or less where A-patches would become more than 10 million triangles]
+    /// Intervals along the edge of a patch, where flat triangles are written: .glb .3mf .obj .off .ply .stl, and .vtu
+    /// with linear cells, and .vtu and .msh of A-patches [default: 8, or less where A-patches would become more than 10 million triangles]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
     pub resolution: Option<usize>,
 
@@ -274,6 +291,92 @@ pub struct Convert {
     /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
+}
+
+/// Draw a native file (.isopatch) or a mesh (.obj .off .ply .stl) as a picture
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub struct Render {
+    /// A native file or a mesh
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+
+    /// Picture to write
+    #[arg(short, long, value_name = "OUT.png", value_parser = values::picture)]
+    pub output: OutputFile,
+
+    /// What is shown [default: shaded]
+    #[arg(long, value_name = "STYLE")]
+    pub style: Option<PictureStyle>,
+
+    /// Width and height in pixels [default: 1200x900]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<[usize; 2]>,
+
+    /// Where the eye is: front, back, left, right, top, bottom, or azimuth,elevation in degrees (front is -90,0)
+    /// [default: aside and above, where the broader side is seen]
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
+    pub view: Option<View>,
+
+    /// Axis that points up in the picture [default: z]
+    #[arg(long, value_name = "AXIS")]
+    pub up: Option<UpAxis>,
+
+    /// Intervals along the edge of a patch [default: as many as are seen]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::resolution)]
+    pub resolution: Option<usize>,
+
+    /// Number of threads [default: one a processor]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = values::threads)]
+    pub threads: Option<usize>,
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  isopatch render decocube.isopatch -o decocube.png
+  isopatch render decocube.isopatch -o gold.png --style gold --size 1600x1200
+  isopatch render part.isopatch -o top.png --style curvature --view top
+  isopatch render bunny.obj -o bunny.png --style mesh --up y";
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum PictureStyle {
+    /// The surface in soft light
+    #[default]
+    Shaded,
+    /// Every patch in a colour; of a mesh, every face
+    Patches,
+    /// Lines of equal angle to the vertical
+    Isophotes,
+    /// Black and white strips of light, reflected
+    Reflection,
+    /// The same in gold
+    Gold,
+    /// Gaussian curvature, with a scale
+    Curvature,
+    /// Mean curvature, with a scale
+    MeanCurvature,
+    /// Control net of a spline
+    Net,
+    /// Cells of the hull of A-patches
+    Hull,
+    /// Borders of the patches on the surface; of a mesh, its edges
+    Mesh,
+    /// Normals at the corners of patches
+    Normals,
+    /// Creases and boundary
+    Singular,
+}
+
+/// An axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpAxis {
+    /// As in some CAD programs
+    X,
+    /// As in many mesh files
+    Y,
+    /// As in most CAD programs
+    Z,
 }
 
 /// List the surfaces that have a name

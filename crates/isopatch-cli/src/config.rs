@@ -123,6 +123,7 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         set: [filed.set, typed.set].concat(),
         base,
         base_method: typed.base_method.or(filed.base_method),
+        recipe: typed.recipe.or(filed.recipe),
         normals: typed.normals.or(filed.normals),
         gradient_lengths: typed.gradient_lengths.or(filed.gradient_lengths),
         crease_angle: typed.crease_angle.or(filed.crease_angle),

@@ -11,6 +11,7 @@ use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::rational::RationalError;
 use isopatch::recipes::spline::RecipeError;
+use isopatch::render::RenderError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -62,6 +63,8 @@ pub enum Failure {
     Output(#[from] OutputError),
     #[error(transparent)]
     Tessellate(#[from] TessellateError),
+    #[error(transparent)]
+    Render(#[from] RenderError),
     #[error("the report can't be made: {0}")]
     Report(#[from] serde_json::Error),
     #[error("{0} threads can't be started: {1}")]
@@ -102,6 +105,7 @@ impl Failure {
             | Self::NoFormula(_)
             | Self::Output(_)
             | Self::Tessellate(_)
+            | Self::Render(_)
             | Self::Report(_)
             | Self::Threads(..)
             | Self::Chord(_)

@@ -12,6 +12,7 @@ mod interrupt;
 mod making;
 mod outputs;
 mod progress;
+mod render;
 mod summary;
 mod values;
 
@@ -34,6 +35,7 @@ fn run() -> Result<(), Failure> {
         Command::Fit(fit) => fit::run(fit),
         Command::Inspect(inspect) => inspect::run(inspect),
         Command::Convert(convert) => convert::run(convert),
+        Command::Render(render) => render::run(render),
         Command::Gallery(gallery) => gallery::run(gallery),
     }
 }

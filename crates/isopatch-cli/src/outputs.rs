@@ -2,10 +2,11 @@
 
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
+use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
-use isopatch::io::{Format, WriteError, gltf, obj, ply, step, stl, vtk};
+use isopatch::io::{Format, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk};
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
@@ -123,8 +124,12 @@ pub fn check_rational(cells: Option<VtkCells>) -> Result<(), Failure> {
 
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
-    let linear = style.cells == Some(VtkCells::Linear) || model.a_patches().is_some();
-    file.format.is_tessellated() || file.format == Format::Vtk && linear
+    let has_no_nets = model.a_patches().is_some();
+    match file.format {
+        Format::Vtk => style.cells == Some(VtkCells::Linear) || has_no_nets,
+        Format::Gmsh => has_no_nets,
+        other => other.is_tessellated(),
+    }
 }
 
 /// Most triangles of A-patches unless a resolution is asked for: as many take some hundred megabytes in a file.
@@ -142,6 +147,20 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
         Domain::Square => 2 * across * (along - 1),
     };
     surface.patches().map(of_patch).sum()
+}
+
+/// Triangles of a picture, about: one for each pixel or two that show the surface.
+const MOST_FOR_PICTURE: usize = 350_000;
+/// Most intervals along an edge of a patch in a picture, of which few patches are large.
+const FINEST_FOR_PICTURE: usize = 64;
+
+/// A surface as flat triangles that are small in a picture.
+pub fn flattened_for_picture(model: &NativeModel, along: Option<usize>) -> Result<Tessellation, Failure> {
+    let surface = model.surface();
+    let with = |along: usize| APatchResolution { along, across: along.div_ceil(ALONG_FOR_ONE_ACROSS) };
+    let finest = || (2..=FINEST_FOR_PICTURE).rev().find(|n| triangles(surface, with(*n)) <= MOST_FOR_PICTURE);
+    let along = along.or_else(finest).unwrap_or(2);
+    flattened(model, &Style { fineness: Fineness::Along(along), ..Style::default() })
 }
 
 /// The resolution that is asked for, or else the default.
@@ -200,11 +219,19 @@ pub fn write(
 ) -> Result<(), Failure> {
     let any_flat = files.iter().any(|file| is_flat(model, file, style));
     let mesh = if any_flat { Some(flattened(model, style)?) } else { None };
+    let is_picture = |file: &OutputFile| file.format == Format::Png;
+    let picture = match files.iter().any(is_picture) {
+        true => Some(render::of_model(model, &PictureOptions::default())?),
+        false => None,
+    };
     for file in files {
         outputs.write(&file.path, |out| {
             let mut out = Interruptible(out);
-            match &mesh {
-                Some(mesh) if is_flat(model, file, style) => write_mesh(model, mesh, file.format, &mut out),
+            match (&mesh, &picture) {
+                (_, Some(image)) if is_picture(file) => png::write_png(image, &mut out),
+                (Some(mesh), _) if is_flat(model, file, style) => {
+                    write_mesh(model, mesh, file.format, &mut out)
+                }
                 _ => write_patches(model, file, style, &mut out),
             }
         })?;
@@ -246,6 +273,7 @@ fn write_patches(
             };
             vtk::write_vtk(surface, &vtk::VtkOptions { cells }, out)
         }
+        Format::Gmsh => gmsh::write_gmsh(surface, out),
         _ => model.write(out),
     }
 }
@@ -259,6 +287,11 @@ fn write_mesh(
     match format {
         Format::Glb => gltf::write_glb(mesh, &gltf::GlbOptions { unit: model.provenance.unit }, out),
         Format::Vtk => vtk::write_vtk_mesh(mesh, out),
+        Format::Gmsh => gmsh::write_gmsh_mesh(mesh, out),
+        Format::Threemf => {
+            threemf::write_3mf(mesh, &threemf::ThreemfOptions { unit: model.provenance.unit }, out)
+        }
+        Format::Off => off::write_off(mesh, out),
         Format::Ply => ply::write_ply(mesh, out),
         Format::Stl => stl::write_stl(mesh, out),
         _ => obj::write_obj(mesh, out),

@@ -5,6 +5,7 @@ use crate::outputs::OutputFile;
 use isopatch::field::Constants;
 use isopatch::geom::{Aabb, Point3};
 use isopatch::io::{Format, UnknownFormat};
+use isopatch::render::MAX_SIZE;
 use std::path::PathBuf;
 
 /// Most intervals along an edge of a patch: one patch is then 262,144 triangles.
@@ -121,6 +122,21 @@ pub fn output(text: &str) -> Result<OutputFile, UnknownFormat> {
     Ok(OutputFile { format: Format::of(&path)?, path })
 }
 
+/// The name of a picture.
+pub fn picture(text: &str) -> Result<OutputFile, String> {
+    match output(text) {
+        Ok(file) if file.format == Format::Png => Ok(file),
+        _ => Err("a picture has the ending .png".into()),
+    }
+}
+
+/// "WxH".
+pub fn size(text: &str) -> Result<[usize; 2], String> {
+    let (width, height) = text.split_once(['x', 'X']).ok_or("a size is WxH, such as 1200x900")?;
+    let side = |text| at_most(count(text)?, MAX_SIZE, "width or height");
+    Ok([side(width)?, side(height)?])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,6 +168,15 @@ mod tests {
         assert!(free("nan").is_err());
         assert_eq!(resolution("512"), Ok(512));
         assert!(resolution("513").is_err());
+    }
+
+    #[test]
+    fn sizes_are_two_numbers() {
+        assert_eq!(size("1200x900"), Ok([1200, 900]));
+        for text in ["1200", "0x10", "10x", "x", "-5x5", "20000x10", "1200x900x3"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        assert!(picture("a.png").is_ok() && picture("a.stl").is_err());
     }
 
     #[test]

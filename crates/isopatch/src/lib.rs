@@ -61,8 +61,8 @@
 //!    surface; it takes nothing over from a solver. [`report`] puts the figures into one JSON object.
 //! 7. **Rounds.** [`recipes::spline::fit`] goes through steps 2 to 6, remakes the base mesh ([`base::refine`]) with edges
 //!    that are shorter where patches are worse, and keeps the best surface.
-//! 8. **Files.** [`io`] writes the patches exactly (STEP, VTK, native), or the triangles of [`tessellate`] (GLB, OBJ, PLY,
-//!    STL). [`io::read`] reads polygon meshes, whose connectivity a base mesh can take over ([`base::from_mesh`]).
+//! 8. **Files.** [`io`] writes the patches exactly (STEP, VTK, Gmsh, native), or the triangles of [`tessellate`] (GLB, 3MF, OBJ,
+//!    OFF, PLY, STL); [`render`] draws pictures. [`io::read`] reads polygon meshes, whose connectivity a base mesh can take over ([`base::from_mesh`]).
 //!
 //! # Meshes
 //!
@@ -82,6 +82,7 @@
 pub mod apatch;
 pub mod base;
 pub mod bernstein;
+pub mod expand;
 pub mod field;
 pub mod gallery;
 pub mod geom;
@@ -94,6 +95,7 @@ pub mod numeric;
 pub mod query;
 pub mod rational;
 pub mod recipes;
+pub mod render;
 pub mod report;
 pub mod singular;
 pub mod spline;

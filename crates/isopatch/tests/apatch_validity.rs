@@ -333,10 +333,17 @@ fn assert_mesh((name, angle, n, corners): Case) -> bool {
     assert!(hull.problems().is_empty(), "{name}: {:?}", hull.problems());
     assert!(hull.corners().len() <= corners, "{name}: {} corners", hull.corners().len());
     assert_valid(name, &surface, n);
+    // Sharply bent patches reach their limits slowly; a patch that turned back at a corner would be at 180 degrees.
+    if !STEEP.contains(&name) {
+        assert_vertices(name, &surface, 1e-5, 0.1);
+    }
     true
 }
 
 const SMOOTH: f64 = 180.0;
+
+/// Meshes with a corner between creases where a patch is not near its limit at this distance.
+const STEEP: [&str; 2] = ["cgal_cow", "pyvista_ant"];
 
 #[test]
 fn meshes_of_the_collection_become_valid_surfaces() {
@@ -345,9 +352,9 @@ fn meshes_of_the_collection_become_valid_surfaces() {
         ("cgal_icosahedron", SMOOTH, 20, 0), ("cgal_ellipsoid", SMOOTH, 20, 0), ("cgal_eight", SMOOTH, 20, 0),
         ("cgal_sphere966", SMOOTH, 20, 0), ("cgal_knot1", SMOOTH, 10, 0), ("cgal_blobby_3cc", SMOOTH, 20, 0),
         ("npm_bunny", SMOOTH, 10, 0), ("cgal_head", SMOOTH, 10, 0), ("cgal_nefertiti", SMOOTH, 20, 0),
-        ("cgal_fandisk", 40.0, 6, 4), ("cgal_rotor", 40.0, 20, 0), ("cgal_rotor", SMOOTH, 20, 60),
-        ("cgal_hand", SMOOTH, 20, 8), ("cgal_cow", SMOOTH, 20, 40), ("cgal_pig", SMOOTH, 20, 8),
-        ("pyvista_ant", SMOOTH, 20, 120), ("npm_teapot", SMOOTH, 20, 40),
+        ("cgal_fandisk", 40.0, 6, 1), ("cgal_rotor", 40.0, 20, 0), ("cgal_rotor", SMOOTH, 20, 0),
+        ("cgal_hand", SMOOTH, 20, 4), ("cgal_cow", SMOOTH, 20, 8), ("cgal_pig", SMOOTH, 20, 4),
+        ("pyvista_ant", SMOOTH, 20, 70), ("npm_teapot", SMOOTH, 20, 0),
     ];
     if !cases.iter().all(|case| assert_mesh(*case)) {
         support::skip("meshes_of_the_collection_become_valid_surfaces");

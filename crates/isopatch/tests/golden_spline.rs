@@ -8,10 +8,10 @@ use isopatch::base::{BaseMesh, EdgeFeature};
 use isopatch::bernstein::{curve, quads};
 use isopatch::geom::{Mat3, Point3, Points, PointsMut, PointsView, Vec3};
 use isopatch::mesh::HalfEdgeMesh;
-use isopatch::network::{CurveOptions, fit_quartics};
+use isopatch::network::{CurveOptions, CurveSolver, fit_quartics};
 use isopatch::spline::edge::EdgeSystem;
 use isopatch::spline::vertex::{EndWeights, RingCurve, VertexSystem, end_weights, solve};
-use isopatch::spline::{self, SplineOptions, TriangularSpline};
+use isopatch::spline::{self, SampledFrom, SplineOptions, TriangularSpline};
 use isopatch::surface::Target;
 use serde_json::Value;
 use support::{data_file, float, floats, golden, point, points, skip};
@@ -82,9 +82,12 @@ const GOLDEN_CURVES: CurveOptions = CurveOptions {
     tangential_weight: 1e-3,
     damping: 0.0,
     largest_turn: 0.0,
+    solver: CurveSolver::Reduced,
+    sqp_tolerance: 1e-6,
     constraint_tolerance: 1e-10,
 };
 const GOLDEN_PATCHES: SplineOptions = SplineOptions {
+    samples: SampledFrom::Filled,
     normal_distance_steps: 2,
     tangential_weight: 1e-2,
     relaxation_steps: 0,

@@ -14,6 +14,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("numeric", &["geom"]),
     ("bernstein", &["numeric"]),
     ("field", &["bernstein"]),
+    ("expand", &["field"]),
     ("mesh", &["bernstein"]),
     ("surface", &["field", "mesh"]),
     ("base", &["surface"]),

@@ -1,7 +1,7 @@
 //! `isopatch fit` of a formula: a spline.
 
 use super::finish;
-use crate::arguments::FitOptions;
+use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::making;
@@ -10,6 +10,7 @@ use isopatch::base::BaseOptions;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::{PolygonMesh, read_mesh};
+use isopatch::recipes::paper_spline;
 use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
 use isopatch::report::{self, BaseReport, Certified, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
@@ -37,8 +38,13 @@ fn make(input: &Input, options: &FitOptions, progress: &Progress) -> Result<Fitt
         Some(level) => input.formula.minus(level),
         None => input.formula.clone(),
     };
+    let bounds = options.bounds.or(input.bounds);
+    if options.recipe == Some(Recipe::Paper) {
+        let faces = options.faces.or(input.faces);
+        return Ok(paper_spline::fit(&formula, bounds, faces, &|stage| progress.stage(stage))?);
+    }
     let recipe = SplineRecipe {
-        bounds: options.bounds.or(input.bounds),
+        bounds,
         size: size(input, options),
         given: options.base.as_deref().map(read_base).transpose()?,
         base: BaseOptions {

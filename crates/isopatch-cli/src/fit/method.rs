@@ -113,7 +113,7 @@ fn of_splines(options: &FitOptions) -> [Given; 3] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 7] {
+fn of_formulas(options: &FitOptions) -> [Given; 8] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -122,6 +122,7 @@ fn of_formulas(options: &FitOptions) -> [Given; 7] {
         ("--set", !options.set.is_empty()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
+        ("--recipe", options.recipe.is_some()),
     ]
 }
 

@@ -7,7 +7,20 @@ use std::fs;
 #[test]
 fn a_formula_becomes_every_kind_of_file() {
     let folder = Folder::new();
-    let outputs = ["older.step", "a.stp", "a.vtu", "a.glb", "a.obj", "a.ply", "a.stl", "a.isopatch"];
+    let outputs = [
+        "older.step",
+        "a.stp",
+        "a.vtu",
+        "a.msh",
+        "a.glb",
+        "a.3mf",
+        "a.obj",
+        "a.off",
+        "a.ply",
+        "a.stl",
+        "a.png",
+        "a.isopatch",
+    ];
     let mut line = vec!["fit", "-x^2-y^2-z^2+1", "--faces", "40", "--report", "r.json", "--resolution", "3"];
     line.extend(outputs.iter().flat_map(|name| ["-o", *name]));
     let run = folder.run(&line);

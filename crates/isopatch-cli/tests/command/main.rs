@@ -7,6 +7,7 @@ mod interrupt;
 mod listing;
 mod meshes;
 mod options;
+mod render;
 
 use std::fs;
 use std::path::{Path, PathBuf};

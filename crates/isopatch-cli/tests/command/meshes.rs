@@ -27,7 +27,8 @@ fn number(report: &serde_json::Value, path: &str) -> f64 {
 #[test]
 fn a_mesh_becomes_every_kind_of_file() {
     let folder = Folder::new();
-    let outputs = ["a.vtu", "a.glb", "a.obj", "a.ply", "a.stl", "a.isopatch"];
+    let outputs =
+        ["a.vtu", "a.msh", "a.glb", "a.3mf", "a.obj", "a.off", "a.ply", "a.stl", "a.png", "a.isopatch"];
     let torus = torus();
     let mut line = vec!["fit", &torus, "--report", "r.json", "--resolution", "3"];
     line.extend(outputs.iter().flat_map(|name| ["-o", *name]));

@@ -48,7 +48,7 @@ fn unknown_endings_are_refused() {
     assert_fit_fails(
         &["sphere", "-o", "a.dwg"],
         2,
-        &["a.dwg", ".step .stp .vtu .glb .obj .ply .stl .isopatch"],
+        &["a.dwg", ".step .stp .vtu .msh .glb .3mf .obj .off .ply .stl .png .isopatch"],
     );
 }
 

@@ -36,6 +36,7 @@ pub(super) fn altered<T>(
     let mut builder = Builder::with_faces(hull.data, hull.faces, given, &options);
     builder.corners = hull.corners;
     builder.added_creases = hull.added_creases;
+    builder.effort = hull.reliefs.effort;
     builder.reliefs = hull.reliefs;
     let result = change(&mut builder, &rule);
     let mut hull = builder.finish();

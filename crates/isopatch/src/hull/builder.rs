@@ -7,7 +7,7 @@ use super::edge::EdgeCell;
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
-use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed};
+use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed, placed_at};
 use super::problem::{Problem, Reason};
 use super::relief::Reliefs;
 use super::repair;
@@ -30,10 +30,18 @@ pub(super) struct Builder<'a> {
     pub score: (usize, usize),
     given: Vec<Vec3>,
     journal: Vec<Change>,
+    /// Length of the journal when something was set last.
+    begun: usize,
+    /// How many more faces and edges may be looked at in relaxing.
+    pub effort: usize,
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
     pub reliefs: Reliefs,
 }
+
+/// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
+const EFFORT: usize = 16_000_000;
+const EFFORT_PER_FACE: usize = 20;
 
 /// What was there before a change.
 enum Change {
@@ -67,6 +75,7 @@ impl<'a> Builder<'a> {
     ) -> Self {
         let edge_count = data.mesh().edge_count();
         let blank = HullEdge { class: Class::Zero, cells: [None; 2] };
+        let face_count = faces.len();
         let mut builder = Self {
             faults: vec![0; faces.len()],
             face_fault: vec![None; faces.len()],
@@ -78,6 +87,8 @@ impl<'a> Builder<'a> {
             faces,
             given,
             journal: Vec::new(),
+            begun: 0,
+            effort: EFFORT + EFFORT_PER_FACE * face_count,
             corners: Vec::new(),
             added_creases: Vec::new(),
             reliefs: Reliefs::default(),
@@ -142,7 +153,7 @@ impl<'a> Builder<'a> {
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));
-            let of_crease = || crease::fault(&self.data, *e, &crease::WIDEST).map(|(_, reason)| reason);
+            let of_crease = || self.fault_of_crease(*e).map(|_| Reason::CreaseTurns);
             let fault = if self.data.is_crease(*e) { of_crease() } else { faults.min() };
             let by = i32::from(fault.is_some()) - i32::from(self.edge_fault[e.index()].is_some());
             self.edges[e.index()] = edge;
@@ -153,6 +164,15 @@ impl<'a> Builder<'a> {
                 }
             }
         }
+    }
+
+    /// The end of a crease where the faces beside it would fold.
+    pub fn fault_of_crease(&self, e: EdgeId) -> Option<VertexId> {
+        if !self.data.is_crease(e) {
+            return None;
+        }
+        let leans = crease::fault(&self.data, e, &crease::WIDEST).map(|(v, _)| v);
+        leans.or_else(|| crease::turns_back(&self.data, &self.faces, e).0)
     }
 
     /// Multiplies the heights of the apexes of a face.
@@ -203,11 +223,23 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
+    pub fn edges_around(&self, faces: impl Iterator<Item = FaceId>) -> Vec<EdgeId> {
         let mut edges: Vec<EdgeId> = faces.flat_map(|f| self.edges_of(f)).collect();
         edges.sort_unstable();
         edges.dedup();
         edges
+    }
+
+    /// Checks faces that were changed from outside, and their edges.
+    pub fn recheck(&mut self, faces: &[FaceId]) {
+        faces.iter().for_each(|f| self.check_face(*f));
+        let edges = self.edges_around(faces.iter().copied());
+        self.check_edges(&edges);
+    }
+
+    /// A face with apexes on the line in `direction`, at multiples of the lowest heights.
+    pub fn placed_at(&self, f: FaceId, direction: Vec3, factors: [f64; 2]) -> HullFace {
+        placed_at(&self.frame(f), direction, factors, self.options)
     }
 
     /// Replaces class, direction and heights of a face; apexes follow. Its edges have to be checked.
@@ -238,7 +270,7 @@ impl<'a> Builder<'a> {
 
     /// Makes creases of edges and changes gradients. The faces beside them have to be placed next.
     pub fn set(&mut self, creases: &[EdgeId], gradients: &[(HalfEdgeId, Vec3)]) {
-        self.journal.clear();
+        self.begun = self.journal.len();
         for e in creases {
             if self.data.is_crease(*e) {
                 continue;
@@ -247,8 +279,7 @@ impl<'a> Builder<'a> {
             self.data.set_crease(*e, true);
         }
         for (corner, gradient) in gradients {
-            self.journal.push(Change::Gradient(*corner, self.data.gradient(*corner)));
-            self.data.set_gradient(*corner, *gradient);
+            self.turn(*corner, *gradient);
         }
     }
 
@@ -271,7 +302,29 @@ impl<'a> Builder<'a> {
 
     /// Undoes what was set and placed last.
     pub fn roll_back(&mut self) {
-        let journal = std::mem::take(&mut self.journal);
+        self.roll_back_to(self.begun);
+    }
+
+    /// What [`Builder::roll_back_to`] comes back to.
+    pub fn mark(&self) -> usize {
+        self.journal.len()
+    }
+
+    /// Replaces a gradient; the faces there have to be checked.
+    pub fn turn(&mut self, corner: HalfEdgeId, gradient: Vec3) {
+        self.journal.push(Change::Gradient(corner, self.data.gradient(corner)));
+        self.data.set_gradient(corner, gradient);
+    }
+
+    /// Replaces a face as it is; it and its edges have to be checked.
+    pub fn replace_face(&mut self, f: FaceId, face: HullFace) {
+        self.journal.push(Change::Face(f, self.faces[f.index()]));
+        self.faces[f.index()] = face;
+    }
+
+    /// Undoes what was changed since a mark.
+    pub fn roll_back_to(&mut self, mark: usize) {
+        let journal = self.journal.split_off(mark);
         let mut touched = Vec::new();
         for change in journal.into_iter().rev() {
             match change {
@@ -279,7 +332,10 @@ impl<'a> Builder<'a> {
                     self.faces[f.index()] = face;
                     touched.push(f);
                 }
-                Change::Gradient(corner, gradient) => self.data.set_gradient(corner, gradient),
+                Change::Gradient(corner, gradient) => {
+                    self.data.set_gradient(corner, gradient);
+                    touched.push(self.data.mesh().face(corner));
+                }
                 Change::Crease(e) => self.data.set_crease(e, false),
             }
         }
@@ -298,6 +354,7 @@ impl<'a> Builder<'a> {
     }
 
     pub fn finish(mut self) -> Hull {
+        self.reliefs.effort = self.effort;
         self.corners.sort_unstable_by_key(|corner| corner.vertex);
         self.added_creases.sort_unstable_by_key(|crease| crease.edge);
         let mesh = self.data.mesh();

@@ -4,11 +4,10 @@
 //! of its vertices the surface is the mesh itself.
 
 use super::builder::Builder;
-use super::crease;
 use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
 use super::problem::Reason;
-use super::repair::{most_visible, normal_at};
+use super::repair::{self, most_visible, normal_at};
 use super::simplicial_hull::{AddedCrease, Corner};
 use crate::geom::{Vec3, angle_between};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -106,18 +105,22 @@ fn cut_edge(
 ) -> bool {
     let Some(pair) = builder.data.pair(e) else { return false };
     let mesh = builder.data.mesh();
-    if let Some((v, _)) = crease::fault(&builder.data, e, &crease::WIDEST) {
+    if let Some(v) = builder.fault_of_crease(e) {
         return cut_one_of(builder, &[v], reason, steps, rule);
     }
     let (ends, faces) = (pair.map(|h| mesh.origin(h)), pair.map(|h| mesh.face(h)));
-    let before = builder.score;
+    let (before, mark) = (builder.score, builder.mark());
     builder.set(&[e], &[]);
     builder.place_by_default(&faces, rule);
+    if builder.score >= before {
+        repair::relax_around(builder, ends[0], rule);
+        repair::relax_around(builder, ends[1], rule);
+    }
     if builder.score < before {
         builder.added_creases.push(AddedCrease { edge: e, reason });
         return true;
     }
-    builder.roll_back();
+    builder.roll_back_to(mark);
     cut_one_of(builder, &ends, reason, steps, rule)
 }
 
@@ -132,12 +135,14 @@ fn cut_one_of(
     let before = builder.score;
     for v in vertices {
         for step in steps.get(v).map_or(0, |step| step + 1)..CUTS.len() {
+            let mark = builder.mark();
             if let Some(creases) = cut_vertex(builder, *v, CUTS[step], rule) {
+                repair::relax_around(builder, *v, rule);
                 if builder.score < before {
                     keep(builder, *v, step, reason, creases, steps);
                     return true;
                 }
-                builder.roll_back();
+                builder.roll_back_to(mark);
             }
         }
     }
@@ -146,6 +151,7 @@ fn cut_one_of(
         return false;
     };
     let creases = cut_vertex(builder, *v, Cut::Faces, rule).unwrap_or_default();
+    repair::relax_around(builder, *v, rule);
     keep(builder, *v, last, reason, creases, steps);
     true
 }
@@ -159,9 +165,20 @@ fn keep(
     steps: &mut Steps,
 ) {
     if steps.insert(vertex, step).is_none() {
-        builder.corners.push(Corner { vertex, reason });
+        builder.corners.push(Corner { vertex, reason: reason_at(builder, vertex, reason) });
     }
     builder.added_creases.extend(creases.into_iter().map(|edge| AddedCrease { edge, reason }));
+}
+
+/// Why a vertex becomes a corner: no vector at all sees the faces around it, or there is one, and with it no hull was found.
+fn reason_at(builder: &Builder<'_>, vertex: VertexId, reason: Reason) -> Reason {
+    let ring: Vec<HalfEdgeId> = builder.data.mesh().ring(vertex).collect();
+    let is_seen = most_visible(&builder.data, &ring).is_some_and(|(_, product)| product > 0.0);
+    match reason {
+        _ if !is_seen => Reason::NoVisibleNormal,
+        Reason::NoVisibleNormal => Reason::NoApex,
+        found => found,
+    }
 }
 
 /// Cuts a vertex, and says which creases that added; None if it changes nothing.

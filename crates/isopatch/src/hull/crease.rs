@@ -2,6 +2,8 @@
 
 use super::hermite::HermiteMesh;
 use super::problem::Reason;
+use super::shear;
+use super::simplicial_hull::HullFace;
 use crate::geom::{Point3, Vec3, angle_between};
 use crate::mesh::{EdgeId, HalfEdgeId, VertexId};
 
@@ -93,14 +95,67 @@ pub(super) struct Lean {
     depth: f64,
 }
 
+impl Lean {
+    /// All limits divided by this.
+    pub fn over(&self, divisor: f64) -> Self {
+        Self { turn: self.turn.map(|turn| turn / divisor), depth: self.depth / divisor }
+    }
+}
+
 /// With more the faces fold, or nearly.
 pub(super) const WIDEST: Lean = Lean { turn: [0.9, 0.6], depth: 0.6 };
 
 /// With less they don't.
 pub(super) const HARMLESS: Lean = Lean { turn: [0.6, 0.35], depth: 0.35 };
 
+/// By how much the curve over a sharp edge turns too far, over both ends and both faces; zero where [`fault`] has nothing to say.
+pub(super) fn excess(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> f64 {
+    leans(data, e).into_iter().flatten().map(|lean| lean.excess(limit)).sum()
+}
+
 /// What is wrong with the curve over a sharp edge: the faces beside it would fold. With the end where it is.
 pub(super) fn fault(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> Option<(VertexId, Reason)> {
+    let bad = leans(data, e)?.into_iter().find(|lean| lean.excess(limit) > 0.0)?;
+    Some((bad.vertex, Reason::CreaseTurns))
+}
+
+/// The vertex at an end of a sharp edge where a face beside it turns over at its corner, and by how much they all do.
+pub(super) fn turns_back(data: &HermiteMesh, faces: &[HullFace], e: EdgeId) -> (Option<VertexId>, f64) {
+    let (mesh, mut first, mut sum) = (data.mesh(), None, 0.0);
+    for h in data.pair(e).into_iter().flatten() {
+        let f = mesh.face(h);
+        for corner in [h, mesh.next(h)] {
+            let excess = shear::corner_turns_back(data, f, &faces[f.index()], mesh.side(corner));
+            if excess > 0.0 {
+                first = first.or(Some(mesh.origin(corner)));
+                sum += excess;
+            }
+        }
+    }
+    (first, sum)
+}
+
+/// How a crease leaves its edge at one end.
+struct LeanAt {
+    vertex: VertexId,
+    /// Angle with the edge.
+    turn: f64,
+    /// On the left and the right: the angle into the face, that of the face there, how deep the control point is over the face,
+    /// and whether the other edge there is a crease.
+    sides: [(f64, f64, f64, bool); 2],
+}
+
+impl LeanAt {
+    fn excess(&self, limit: &Lean) -> f64 {
+        let over = |(turn, angle, depth, creased): (f64, f64, f64, bool)| {
+            (depth - limit.depth).max(0.0) + (turn - limit.turn[usize::from(creased)] * angle).max(0.0)
+        };
+        (self.turn - WIDEST_TURN).max(0.0) + self.sides.map(over).iter().sum::<f64>()
+    }
+}
+
+/// How a crease leaves its edge at both ends; none if it is straight.
+fn leans(data: &HermiteMesh, e: EdgeId) -> Option<[LeanAt; 2]> {
     let curve = data.crease_curve(e).filter(|curve| !curve.is_straight)?;
     let (mesh, [h, g]) = (data.mesh(), data.pair(e)?);
     let [p, b, c, q] = curve.net;
@@ -108,19 +163,16 @@ pub(super) fn fault(data: &HermiteMesh, e: EdgeId, limit: &Lean) -> Option<(Vert
         (mesh.origin(h), [p, b, q], [(h, mesh.prev(h)), (g, mesh.next(g))]),
         (mesh.origin(g), [q, c, p], [(h, mesh.next(h)), (g, mesh.prev(g))]),
     ];
-    let folds = |[p, b, q]: [Point3; 3], (h, beside): (HalfEdgeId, HalfEdgeId)| {
-        let third = data.positions()[mesh.origin(mesh.prev(h)).index()] - p;
+    Some(ends.map(|(vertex, [p, b, q], sides)| {
         let (edge, control) = (q - p, b - p);
         let along = edge.normalize();
-        let into = third - third.dot(&along) * along;
-        let depth = control.dot(&into) / into.norm_squared();
-        let turn = (depth * into.norm()).atan2(control.dot(&along));
-        let part = limit.turn[usize::from(data.is_crease(mesh.edge(beside)))];
-        depth > limit.depth || turn > part * angle_between(&edge, &third)
-    };
-    ends.into_iter().find_map(|(v, [p, b, q], sides)| {
-        let wide = angle_between(&(b - p), &(q - p)) > WIDEST_TURN;
-        let bad = wide || sides.into_iter().any(|side| folds([p, b, q], side));
-        bad.then_some((v, Reason::CreaseTurns))
-    })
+        let side = |(h, beside): (HalfEdgeId, HalfEdgeId)| {
+            let third = data.positions()[mesh.origin(mesh.prev(h)).index()] - p;
+            let into = third - third.dot(&along) * along;
+            let depth = control.dot(&into) / into.norm_squared();
+            let turn = (depth * into.norm()).atan2(control.dot(&along));
+            (turn, angle_between(&edge, &third), depth, data.is_crease(mesh.edge(beside)))
+        };
+        LeanAt { vertex, turn: angle_between(&control, &edge), sides: sides.map(side) }
+    }))
 }

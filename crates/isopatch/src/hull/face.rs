@@ -117,6 +117,17 @@ impl FaceFrame {
     /// That is: above all tangent planes; the matrix of layer 1 strictly copositive; and over each edge, above the mean of
     /// the tangent planes at its ends. None where the direction leads to no such apex.
     pub fn lowest_height(&self, side: Side, direction: &Vec3, margin: f64) -> Option<f64> {
+        self.low_height(side, direction, margin, BISECTIONS)
+    }
+
+    /// The same, found by fewer bisections: up to twice as high for each that is left out, relative to the search interval.
+    pub(super) fn low_height(
+        &self,
+        side: Side,
+        direction: &Vec3,
+        margin: f64,
+        bisections: usize,
+    ) -> Option<f64> {
         let [low, high] = self.layer1_ends(side, direction);
         let mut bottom = margin;
         for (start, end) in low.corner.iter().zip(high.corner) {
@@ -149,7 +160,7 @@ impl FaceFrame {
         if !at(top).is_copositive() {
             return None;
         }
-        for _ in 0..BISECTIONS {
+        for _ in 0..bisections {
             let middle = 0.5 * (bottom + top);
             if at(middle).is_copositive() {
                 top = middle;

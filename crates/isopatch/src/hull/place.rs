@@ -45,6 +45,30 @@ pub(super) fn placed(frame: &FaceFrame, direction: Vec3, options: &HullOptions) 
     face
 }
 
+/// Bisections for the lowest height where many are tried.
+const ROUGH: usize = 10;
+
+/// A face with its apexes on the line in `direction`, at multiples of the heights of the robust rule.
+pub(super) fn placed_at(
+    frame: &FaceFrame,
+    direction: Vec3,
+    factors: [f64; 2],
+    options: &HullOptions,
+) -> HullFace {
+    let class = Class::of_face([0, 1, 2].map(|k| frame.edge_class(k)));
+    let margin = options.margin.of(frame);
+    let heights = Side::BOTH.map(|side| {
+        if !class.reaches(side) {
+            return 0.0;
+        }
+        let lowest = frame.low_height(side, &direction, margin, ROUGH).unwrap_or(frame.inner_radius);
+        factors[side.index()] * lowest
+    });
+    let mut face = HullFace { class, direction, heights, apexes: [None; 2] };
+    face.apexes = apexes(frame, &face);
+    face
+}
+
 pub(super) fn apexes(frame: &FaceFrame, face: &HullFace) -> [Option<Point3>; 2] {
     Side::BOTH.map(|side| {
         let height = face.heights[side.index()];

@@ -6,6 +6,7 @@ use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
 use super::simplicial_hull::{AddedCrease, Hull};
+use super::{relax, repair};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 
@@ -14,13 +15,33 @@ use std::collections::BTreeMap;
 pub(super) struct Reliefs {
     /// How often the apexes of a face were raised for it.
     raised: BTreeMap<FaceId, usize>,
+    /// How often the patches over faces and edges have turned over.
+    faces: BTreeMap<FaceId, usize>,
+    edges: BTreeMap<EdgeId, usize>,
+    /// What is left of the effort that relaxing may take.
+    pub effort: usize,
     /// How finely vertices are cut.
     pub steps: Steps,
 }
 
+impl Reliefs {
+    /// How much better than valid a face is wanted to be.
+    pub fn wish_of_face(&self, f: FaceId) -> f64 {
+        self.faces.get(&f).map_or(0.0, |n| *n as f64)
+    }
+
+    /// How much better than valid an edge is wanted to be.
+    pub fn wish_of_edge(&self, e: EdgeId) -> f64 {
+        self.edges.get(&e).map_or(0.0, |n| *n as f64)
+    }
+}
+
 /// How often apexes are raised before a crease is made, and what their heights are multiplied by.
-const RAISES: usize = 4;
+const RAISES: usize = 10;
 const RAISE: f64 = 1.5;
+
+/// Height in radii of the face above which apexes are not raised.
+const HIGHEST: f64 = 100.0;
 
 impl Hull {
     /// Changes the hull where the patches over these faces and edges turn over: raises apexes, and if that has not helped, makes
@@ -58,8 +79,28 @@ fn relieve(
         *count += 1;
         *count <= RAISES
     });
-    raised.iter().for_each(|f| builder.raise_face(*f, RAISE));
-    builder.settle(&raised, rule);
+    faces.iter().for_each(|f| *builder.reliefs.faces.entry(*f).or_insert(0) += 1);
+    edges.iter().for_each(|e| *builder.reliefs.edges.entry(*e).or_insert(0) += 1);
+    for cluster in repair::clusters_of(builder, &raised) {
+        let odd = cluster.iter().any(|f| builder.reliefs.raised.get(f).is_some_and(|n| n % 2 == 1));
+        if odd {
+            relax::loosen(builder, &cluster, rule);
+            continue;
+        }
+        let (before, mark) = (builder.score, builder.mark());
+        let low = |f: &FaceId| {
+            builder.faces[f.index()].heights.iter().all(|h| *h < HIGHEST * builder.frame(*f).inner_radius)
+        };
+        let low: Vec<FaceId> = cluster.iter().copied().filter(low).collect();
+        low.iter().for_each(|f| builder.raise_face(*f, RAISE));
+        builder.settle(&cluster, rule);
+        if builder.score > before {
+            relax::relax_here(builder, &cluster, rule);
+        }
+        if builder.score > before {
+            builder.roll_back_to(mark);
+        }
+    }
     changed.extend(&raised);
     let stuck = |f: &FaceId| raised.binary_search(f).is_err();
     if rule.corners {

@@ -4,6 +4,7 @@ use super::builder::Builder;
 use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::RobustApexes;
+use super::relax;
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId, normals};
@@ -83,28 +84,56 @@ pub(super) fn repair(builder: &mut Builder<'_>, rule: &RobustApexes) {
             better |= lean(builder, e, rule);
         }
         if !better {
-            return;
+            break;
         }
+    }
+    relax_all(builder, rule);
+}
+
+/// Relaxes around what is bad.
+fn relax_all(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    let bad: Vec<FaceId> = builder.data.mesh().faces().filter(|f| builder.is_bad(*f)).collect();
+    for cluster in clusters(builder, &bad) {
+        relax::relax(builder, &cluster, rule);
+    }
+}
+
+/// Relaxes around a vertex, if something is bad there.
+pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &RobustApexes) {
+    let mesh = builder.data.mesh();
+    let mut bad: Vec<FaceId> = mesh
+        .ring(v)
+        .flat_map(|h| mesh.triangle(mesh.face(h)))
+        .flat_map(|v| mesh.ring(v))
+        .map(|h| mesh.face(h))
+        .filter(|f| builder.is_bad(*f))
+        .collect();
+    bad.sort_unstable();
+    bad.dedup();
+    for cluster in clusters(builder, &bad) {
+        relax::relax_here(builder, &cluster, rule);
     }
 }
 
 /// The bad faces as sets that hang together over edges.
 fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
-    let mesh = builder.data.mesh();
-    let mut seen = vec![false; mesh.face_count()];
+    clusters_of(builder, bad)
+}
+
+/// Faces, in order, as sets that hang together over smooth edges.
+pub(super) fn clusters_of(builder: &Builder<'_>, faces: &[FaceId]) -> Vec<Vec<FaceId>> {
+    let mut seen = vec![false; faces.len()];
     let mut found = Vec::new();
-    for seed in bad {
-        if seen[seed.index()] {
+    for (n, seed) in faces.iter().enumerate() {
+        if std::mem::replace(&mut seen[n], true) {
             continue;
         }
-        seen[seed.index()] = true;
         let mut cluster = vec![*seed];
         let mut next = 0;
         while let Some(f) = cluster.get(next).copied() {
             next += 1;
             for g in neighbours(&builder.data, f) {
-                if builder.is_bad(g) && !seen[g.index()] {
-                    seen[g.index()] = true;
+                if faces.binary_search(&g).is_ok_and(|n| !std::mem::replace(&mut seen[n], true)) {
                     cluster.push(g);
                 }
             }

@@ -9,7 +9,8 @@ use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::simplicial_hull::HullFace;
 use crate::geom::Vec3;
-use crate::mesh::EdgeId;
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
+use std::f64::consts::FRAC_PI_2;
 
 /// Rows of small triangles at a corner that are looked at.
 const ROWS: u32 = 4;
@@ -47,6 +48,69 @@ fn corner_folds(frame: &FaceFrame, face: &HullFace, a: usize) -> bool {
             turned([[y, z], [y + 1, z], [y, z + 1]]) || turned([[y + 1, z], [y + 1, z + 1], [y, z + 1]])
         })
     })
+}
+
+/// Directions at a corner, between its two edges, that are looked at.
+const DIRECTIONS: usize = 24;
+
+/// By how much of what the flat face turns between neighbouring directions a corner should turn at least.
+const LEAST_TURN: f64 = 3e-3;
+
+/// By how much the patch over a face with creases turns over at its corner a, to first order: points go along rays from the corner,
+/// which must turn one way from one edge to the other.
+///
+/// The points are those of [`corner_folds`], pulled to the curves of the creases as the patch is, see `apatch/crease.rs`:
+/// at y times the edge to b, by y (C′ − c′) times the weight of the crease there.
+pub(super) fn corner_turns_back(data: &HermiteMesh, f: FaceId, face: &HullFace, a: usize) -> f64 {
+    let frame = FaceFrame::new(data.corners(f), data.corner_gradients(f));
+    let mesh = data.mesh();
+    let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+    let edges = [frame.p[b] - frame.p[a], frame.p[c] - frame.p[a]];
+    let e = [frame.e[a][b], frame.e[a][c]];
+    let towards = Side::BOTH.map(|side| {
+        let apex = face.apexes[side.index()].map_or_else(Vec3::zeros, |apex| apex - frame.p[a]);
+        let rise = apex.dot(&frame.n[a]);
+        if rise == 0.0 { Vec3::zeros() } else { apex * (3.0 / rise) }
+    });
+    let of_hull = |y: f64, z: f64| {
+        let value = y * e[0] + z * e[1];
+        let side = if value > 0.0 { Side::Inner } else { Side::Outer };
+        y * edges[0] + z * edges[1] - value * towards[side.index()]
+    };
+    let half_edges = [HalfEdgeId(3 * f.0 + a as u32), HalfEdgeId(3 * f.0 + c as u32)];
+    let ends = [of_hull(1.0, 0.0), of_hull(0.0, 1.0)];
+    let pulls: [Option<Vec3>; 2] = std::array::from_fn(|k| {
+        let id = mesh.edge(half_edges[k]);
+        let [start, second, third, end] = data.crease_curve(id)?.net;
+        let is_start = (mesh.edge_half_edge(id) == half_edges[k]) == (k == 0);
+        let derivative = 3.0 * if is_start { second - start } else { third - end };
+        Some(derivative - ends[k])
+    });
+    let lengths = edges.map(|edge| edge.norm_squared());
+    // Closer together near the edges, where a corner turns back first.
+    let angle = |n: usize| {
+        let t = n as f64 / DIRECTIONS as f64;
+        FRAC_PI_2 * t * t * (3.0 - 2.0 * t)
+    };
+    let at = |n: usize| {
+        // Steps of lengths along the edges, not of weights: else a short edge has all directions.
+        let (z, y) = angle(n).sin_cos();
+        let weights = [y / lengths[0].sqrt(), z / lengths[1].sqrt()];
+        let sum = y * y + z * z;
+        let shares = [y * y / sum, z * z / sum];
+        let pulled = |k: usize| pulls[k].map_or_else(Vec3::zeros, |pull| weights[k] * shares[k] * pull);
+        of_hull(weights[0], weights[1]) + pulled(0) + pulled(1)
+    };
+    let normal = frame.n[a].normalize();
+    let widest = edges[0].cross(&edges[1]).norm() / (lengths[0] * lengths[1]).sqrt();
+    let points: [Vec3; DIRECTIONS + 1] = std::array::from_fn(at);
+    let turn = |n: usize| {
+        let (p, q) = (points[n], points[n + 1]);
+        let sine = p.cross(&q).dot(&normal) / (p.norm() * q.norm());
+        let least = LEAST_TURN * widest * (angle(n + 1) - angle(n));
+        if sine.is_finite() { (least - sine).max(0.0) } else { 1.0 }
+    };
+    (0..DIRECTIONS).map(turn).sum()
 }
 
 /// Places across the patch over an edge that are looked at.

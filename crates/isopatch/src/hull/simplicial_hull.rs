@@ -53,7 +53,7 @@ pub struct Hull {
 pub struct Corner {
     /// The vertex.
     pub vertex: VertexId,
-    /// Why: what was wrong there, or at a face there.
+    /// Why: no vector sees all faces around it ([`Reason::NoVisibleNormal`]), or one does, but with it no valid hull was found.
     pub reason: Reason,
 }
 

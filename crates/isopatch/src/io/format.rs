@@ -7,14 +7,22 @@ pub enum Format {
     Step,
     /// VTK unstructured grid, `.vtu`.
     Vtk,
+    /// Gmsh mesh, `.msh`.
+    Gmsh,
     /// Binary glTF, `.glb`.
     Glb,
+    /// 3MF, `.3mf`.
+    Threemf,
     /// Wavefront OBJ, `.obj`.
     Obj,
+    /// OFF, `.off`.
+    Off,
     /// Binary PLY, `.ply`.
     Ply,
     /// Binary STL, `.stl`.
     Stl,
+    /// A picture, `.png`.
+    Png,
     /// The native format, `.isopatch`.
     Native,
 }
@@ -28,14 +36,18 @@ pub struct UnknownFormat {
 }
 
 impl Format {
-    const ENDINGS: [(&'static str, Self); 8] = [
+    const ENDINGS: [(&'static str, Self); 12] = [
         ("step", Self::Step),
         ("stp", Self::Step),
         ("vtu", Self::Vtk),
+        ("msh", Self::Gmsh),
         ("glb", Self::Glb),
+        ("3mf", Self::Threemf),
         ("obj", Self::Obj),
+        ("off", Self::Off),
         ("ply", Self::Ply),
         ("stl", Self::Stl),
+        ("png", Self::Png),
         ("isopatch", Self::Native),
     ];
 
@@ -51,7 +63,7 @@ impl Format {
 
     /// Does the format hold flat triangles instead of the patches themselves?
     pub fn is_tessellated(self) -> bool {
-        matches!(self, Self::Glb | Self::Obj | Self::Ply | Self::Stl)
+        matches!(self, Self::Glb | Self::Threemf | Self::Obj | Self::Off | Self::Ply | Self::Stl)
     }
 
     fn endings() -> String {
@@ -73,7 +85,7 @@ mod tests {
     #[test]
     fn unknown_endings_are_named_with_the_known_ones() {
         let message = Format::of(Path::new("x.dwg")).unwrap_err().to_string();
-        let known = ".step .stp .vtu .glb .obj .ply .stl .isopatch";
+        let known = ".step .stp .vtu .msh .glb .3mf .obj .off .ply .stl .png .isopatch";
         assert_eq!(message, format!("x.dwg: unknown ending .dwg; the endings are {known}"));
         assert!(Format::of(Path::new("step")).unwrap_err().to_string().contains("(none)"));
     }

@@ -1,22 +1,26 @@
-//! Files: STEP, VTK, glTF, OBJ, PLY, STL and the native format.
+//! Files: STEP, VTK, Gmsh, glTF, 3MF, OBJ, OFF, PLY, STL, PNG and the native format.
 //!
 //! Meshes are read by [`read`]. Every writer is a free function into an [`std::io::Write`]; [`atomic`] puts the bytes
 //! under their final name.
-//! STEP, VTK and the native format hold the patches exactly, the others a [`crate::tessellate::Tessellation`].
+//! STEP, VTK, Gmsh and the native format hold the patches exactly, PNG a [picture](crate::render), the others a [`crate::tessellate::Tessellation`].
 //! The same input gives the same bytes, whatever the number of threads.
 
 pub mod atomic;
 mod error;
 mod format;
 pub mod gltf;
+pub mod gmsh;
 pub mod native;
 mod net;
 pub mod obj;
+pub mod off;
 pub mod ply;
+pub mod png;
 pub mod read;
 pub mod step;
 pub mod stl;
 mod text;
+pub mod threemf;
 mod unit;
 pub mod vtk;
 

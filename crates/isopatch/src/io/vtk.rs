@@ -157,7 +157,7 @@ pub fn write_vtk_mesh(mesh: &Tessellation, out: &mut impl Write) -> Result<(), W
 
 /// The nodes of a triangle of degree n in VTK's order: three corners, the insides of the edges, then the triangle
 /// of degree n − 3 inside in the same way.
-fn node_order(n: usize) -> Vec<[usize; 3]> {
+pub(super) fn node_order(n: usize) -> Vec<[usize; 3]> {
     if n == 0 {
         return vec![[0; 3]];
     }

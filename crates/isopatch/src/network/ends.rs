@@ -45,8 +45,10 @@ pub(super) struct Fit {
     pub q2: Vec3,
     /// q1 − q0 and q3 − q4 along s.
     pub aside: [f64; 2],
-    /// Levenberg–Marquardt steps on the way.
+    /// Levenberg–Marquardt steps on the way, or iterations of Algorithm 5.1.
     pub steps: usize,
+    /// Algorithm 5.1 was asked for and found nothing.
+    pub sqp_failed: bool,
 }
 
 /// λ, μ, q2, and the two components aside.
@@ -63,7 +65,7 @@ impl Fit {
             mu: self.mu + step[1],
             q2: self.q2 + Vec3::new(step[2], step[3], step[4]),
             aside: [self.aside[0] + step[5], self.aside[1] + step[6]],
-            steps: self.steps,
+            ..*self
         }
     }
 
@@ -213,6 +215,11 @@ impl Ends {
         if self.reversed {
             q.reverse();
         }
-        Ok(QuarticCurve { q, steps: fit.steps, at_bound: !self.in_box(fit, options) })
+        Ok(QuarticCurve {
+            q,
+            steps: fit.steps,
+            sqp_failed: fit.sqp_failed,
+            at_bound: !self.in_box(fit, options),
+        })
     }
 }

@@ -6,11 +6,14 @@ pub mod number;
 mod quartic;
 mod reduced;
 mod section;
+mod sqp;
 pub mod wire;
 pub mod wire_conic;
 pub mod wire_cubic;
 
-pub use quartic::{CurveError, CurveOptions, QuarticCurve, fit_edges, fit_quartics, interpolate_edges};
+pub use quartic::{
+    CurveError, CurveOptions, CurveSolver, QuarticCurve, fit_edges, fit_quartics, interpolate_edges,
+};
 
 #[cfg(test)]
 mod tests;

@@ -51,6 +51,10 @@ pub struct CurveOptions {
     /// 0 keeps them there, as the paper does. It does not depend on the corners beside the edge, so that a curve depends on
     /// nothing but its ends; corners of less than twice the angle could close.
     pub largest_turn: f64,
+    /// How (9) is solved; default by Levenberg–Marquardt steps.
+    pub solver: CurveSolver,
+    /// ε of Algorithm 5.1: it stops when the unknowns and multipliers move by less.
+    pub sqp_tolerance: f64,
     /// Largest violation of (9b) that counts as solved.
     pub constraint_tolerance: f64,
 }
@@ -66,9 +70,20 @@ impl Default for CurveOptions {
             tangential_weight: 1e-6,
             damping: 1e-4,
             largest_turn: 0.35,
+            solver: CurveSolver::Reduced,
+            sqp_tolerance: 1e-6,
             constraint_tolerance: 1e-10,
         }
     }
+}
+
+/// How the fit (9) of a curve is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveSolver {
+    /// In two unknowns, by Levenberg–Marquardt steps: it always ends in the box of tangent lengths.
+    Reduced,
+    /// By the paper's Algorithm 5.1; where that fails, as above, and the curve is flagged.
+    Sqp,
 }
 
 /// A boundary curve with what its fit found.
@@ -76,8 +91,10 @@ impl Default for CurveOptions {
 pub struct QuarticCurve {
     /// Control points, from the origin of the edge's half edge to its end.
     pub q: [Point3; 5],
-    /// Levenberg–Marquardt steps.
+    /// Levenberg–Marquardt steps, or iterations of Algorithm 5.1.
     pub steps: usize,
+    /// Algorithm 5.1 was asked for and found no curve.
+    pub sqp_failed: bool,
     /// λ or −μ ended on a bound of [`CurveOptions`].
     pub at_bound: bool,
 }
@@ -203,7 +220,15 @@ fn fit_batch(
     let mut fits: Vec<Fit> = ends
         .iter()
         .enumerate()
-        .map(|(i, e)| e.fit(std::array::from_fn(|j| points.get(i * SAMPLES + j) - e.q0), options))
+        .map(|(i, e)| {
+            let samples = std::array::from_fn(|j| points.get(i * SAMPLES + j) - e.q0);
+            match options.solver {
+                CurveSolver::Reduced => e.fit(samples, options),
+                CurveSolver::Sqp => e
+                    .fit_sqp(samples, options)
+                    .unwrap_or_else(|| Fit { sqp_failed: true, ..e.fit(samples, options) }),
+            }
+        })
         .collect();
     if options.normal_distance_steps > 0 {
         reduce_normal_distance(target, options, &ends, &mut fits);

@@ -38,7 +38,8 @@ impl Ends {
                 break;
             }
         }
-        let fit = Fit { lambda: x[0], mu: x[1], q2: problem.q2(&x), aside: [0.0; 2], steps };
+        let fit =
+            Fit { lambda: x[0], mu: x[1], q2: problem.q2(&x), aside: [0.0; 2], steps, sqp_failed: false };
         self.restore(fit)
     }
 }
@@ -79,7 +80,14 @@ impl<'a> Reduced<'a> {
     }
 
     fn violation(&self, x: &Vector2<f64>) -> Vector2<f64> {
-        self.ends.constraints(&Fit { lambda: x[0], mu: x[1], q2: self.free_q2(x), aside: [0.0; 2], steps: 0 })
+        self.ends.constraints(&Fit {
+            lambda: x[0],
+            mu: x[1],
+            q2: self.free_q2(x),
+            aside: [0.0; 2],
+            steps: 0,
+            sqp_failed: false,
+        })
     }
 
     /// The best q2 on both planes.

@@ -2,9 +2,11 @@ use super::build::{WireOf, edge_uses};
 use super::frame::{Frame, FrameError};
 use super::patch::{CENTER, RationalPatch};
 use super::weighted::{WeightedNet, weighted_net};
+use crate::bernstein::curve;
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::surface::{Domain, PatchForm, PatchId, Sample, Seam, Surface, Target};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Rational patches over the triangles of a [`Frame`].
 ///
@@ -108,6 +110,26 @@ impl RationalSurface {
     /// The patch in Bézier form with weights.
     pub fn weighted(&self, patch: PatchId) -> &WeightedNet {
         &self.nets[patch.index()]
+    }
+
+    /// The curves on which more than two patches meet, as polylines of `intervals` pieces, and the vertices at which a patch has no
+    /// tangent plane, as lines of one point.
+    pub fn singular_lines(&self, intervals: usize) -> Vec<Vec<Point3>> {
+        let mut uses = vec![0; self.wires.len()];
+        for seam in &self.frame.seams {
+            uses[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
+        }
+        let crossing = self.wires.iter().zip(uses).filter(|(_, uses)| *uses > 2);
+        let along = |of: &WireOf| {
+            let share = |i: usize| i as f64 / intervals.max(1) as f64;
+            (0..=intervals.max(1)).map(|i| curve::point(&of.wire, share(i))).collect()
+        };
+        let mut lines: Vec<Vec<Point3>> = crossing.map(|(of, _)| along(of)).collect();
+        let corners = (0..self.patches.len()).flat_map(|p| [0, 1, 2].map(|c| (p, c)));
+        let tips = corners.filter(|(p, c)| self.patches[*p].is_singular(*c));
+        let tips: BTreeSet<u32> = tips.map(|(p, c)| self.frame.faces[p][c]).collect();
+        lines.extend(tips.into_iter().map(|v| vec![self.frame.positions[v as usize]]));
+        lines
     }
 
     /// Diagonal of the bounding box of the vertices.

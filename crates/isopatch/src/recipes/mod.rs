@@ -3,6 +3,8 @@
 //! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
+//! [`paper_spline`] is the same paper to the letter, for comparison: what the printed choices do and break.
+//!
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
 //! [`mesh_spline`] is the same spline through the vertices of a triangle mesh, with estimated normals and curvatures.
 //!
@@ -17,6 +19,7 @@ mod differentiable;
 mod finish;
 mod least;
 pub mod mesh_spline;
+pub mod paper_spline;
 mod patchwork;
 pub mod rational;
 mod refine;

@@ -348,11 +348,17 @@ fn remade(faces: usize, why: &str) -> Repair {
     }
 }
 
-fn figures(curves: &[QuarticCurve], options: &CurveOptions, patches: &[PatchDeviation]) -> SplineReport {
-    let steps: usize = curves.iter().map(|c| c.steps).sum();
+pub(super) fn figures(
+    curves: &[QuarticCurve],
+    options: &CurveOptions,
+    patches: &[PatchDeviation],
+) -> SplineReport {
+    // Where Algorithm 5.1 failed, the steps are those of another solver.
+    let counted = || curves.iter().filter(|c| !c.sqp_failed);
+    let steps: usize = counted().map(|c| c.steps).sum();
     SplineReport {
-        sqp_iterations_mean: steps as f64 / curves.len().max(1) as f64,
-        sqp_unconverged: curves.iter().filter(|c| c.steps >= options.max_steps).count(),
+        sqp_iterations_mean: steps as f64 / counted().count().max(1) as f64,
+        sqp_unconverged: curves.iter().filter(|c| c.sqp_failed || c.steps >= options.max_steps).count(),
         curves_at_bound: curves.iter().filter(|c| c.at_bound).count(),
         folded: patches.iter().filter(|p| p.folded).count(),
         faces_over_20deg: patches.iter().filter(|p| p.max_normal_error > NORMAL_ERROR_LIMIT).count(),

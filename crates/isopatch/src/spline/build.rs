@@ -16,6 +16,8 @@ use rayon::prelude::*;
 /// How patches are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplineOptions {
+    /// What is sampled for the first fit of a patch; default the filled patch.
+    pub samples: SampledFrom,
     /// Gauss–Newton steps on the distance along the normal for the three free points of a patch.
     pub normal_distance_steps: usize,
     /// Weight of tangential motion in these steps; much less folds patches.
@@ -29,12 +31,22 @@ pub struct SplineOptions {
 impl Default for SplineOptions {
     fn default() -> Self {
         Self {
+            samples: SampledFrom::Filled,
             normal_distance_steps: 0,
             tangential_weight: 1e-2,
             relaxation_steps: 2,
             relaxation_weight: 3e-4,
         }
     }
+}
+
+/// The shape whose samples are projected onto the target, for a patch to fit them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampledFrom {
+    /// The patch that fills its boundary with least thin-plate energy.
+    Filled,
+    /// The flat triangle of its corners, as in (12).
+    Flat,
 }
 
 /// Why the G1 conditions could not be solved.
@@ -133,7 +145,7 @@ pub fn rebuild(
 ) -> Result<TriangularSpline, SplineError> {
     let curves: Vec<[Point3; 5]> = curves.iter().map(|c| c.q).collect();
     let mut nets = nets_with_boundary(&base.mesh, &curves);
-    let footprints = fit::fill_and_fit(&mut nets, target);
+    let footprints = fit::fill_and_fit(&mut nets, target, options.samples);
     let weights = end_weights(&base, &curves);
     let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
     solve_edges(&base.mesh, &curves, &weights, &mu1, kept, &mut nets)?;

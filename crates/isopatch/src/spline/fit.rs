@@ -1,5 +1,6 @@
 //! The free control points of a patch, fitted to the target: constant matrices, made once.
 
+use super::build::SampledFrom;
 use super::surface::{DEGREE, NET};
 use crate::bernstein::{energy, index, triangle};
 use crate::geom::{Point3, Points, Vec3};
@@ -33,8 +34,9 @@ pub(super) const FREE_POINTS: [usize; FREE] =
 struct Tables {
     boundary: [usize; BOUNDARY],
     interior: [usize; INTERIOR],
-    /// Boundary points → samples of the filled patch.
+    /// Boundary points → samples of the filled patch, and of the flat triangle.
     fill_samples: [[f64; BOUNDARY]; FIT_SAMPLES],
+    flat_samples: [[f64; BOUNDARY]; FIT_SAMPLES],
     /// Boundary points → samples of the patch with interior points zero.
     boundary_samples: [[f64; BOUNDARY]; FIT_SAMPLES],
     /// Samples → interior points of least squares.
@@ -70,6 +72,7 @@ impl Tables {
             boundary: std::array::from_fn(|i| boundary[i]),
             interior: std::array::from_fn(|i| interior[i]),
             fill_samples: fixed(&filled),
+            flat_samples: flat_samples(&boundary),
             boundary_samples: fixed(&on_boundary),
             interior_fit: fixed(&least_squares(&inside)),
             bound_samples: fixed(&bound),
@@ -78,6 +81,15 @@ impl Tables {
             free_gram: fixed(&(normal_free.transpose() * &normal_free)),
         }
     }
+}
+
+/// Boundary points → points of the flat triangle at the samples: a corner counts by its barycentric coordinate.
+fn flat_samples(boundary: &[usize]) -> [[f64; BOUNDARY]; FIT_SAMPLES] {
+    let corners = [[DEGREE, 0, 0], [0, DEGREE, 0], [0, 0, DEGREE]].map(index::position);
+    let samples = triangle::interior_lattice(FIT_LATTICE);
+    std::array::from_fn(|s| {
+        std::array::from_fn(|b| (0..3).filter(|c| corners[*c] == boundary[b]).map(|c| samples[s][c]).sum())
+    })
 }
 
 /// (AᵀA)⁻¹Aᵀ. The sample lattices determine the points in question, so the Gram matrix is regular.
@@ -99,13 +111,17 @@ pub(super) fn combine<const N: usize>(row: &[f64; N], points: &[Point3; N]) -> P
 }
 
 /// Gives every net, whose boundary points are set, the interior points that fit the target: the boundary is filled
-/// with least thin-plate energy, the filled patch is sampled, the samples are projected onto the target, and the
-/// interior points fit the projected samples by least squares.
+/// with least thin-plate energy, the filled patch (or the flat triangle) is sampled, the samples are projected onto the
+/// target, and the interior points fit the projected samples by least squares.
 ///
 /// Projecting the filled patch instead of the flat triangle is what the paper (section 6.1, eq. (12)) does not do;
 /// it lowers the error by an order of magnitude on coarse meshes (PAPERS.md, deviations).
-pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target) -> Vec<Footprints> {
+pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target, from: SampledFrom) -> Vec<Footprints> {
     let tables = &**TABLES;
+    let sampled = match from {
+        SampledFrom::Filled => &tables.fill_samples,
+        SampledFrom::Flat => &tables.flat_samples,
+    };
     // Filled in place: gathered from batches, they would for a moment be there twice.
     let mut footprints = vec![[Point3::zeros(); FIT_SAMPLES]; nets.len()];
     nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).for_each(|(nets, footprints)| {
@@ -115,7 +131,7 @@ pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target) -> Vec<Footprints> {
         let mut points: Points = boundaries
             .iter()
             .zip(&origins)
-            .flat_map(|(b, o)| tables.fill_samples.iter().map(move |row| o + combine(row, b)))
+            .flat_map(|(b, o)| sampled.iter().map(move |row| o + combine(row, b)))
             .collect();
         target.project(&mut points);
         for (f, (net, feet)) in nets.iter_mut().zip(footprints).enumerate() {

@@ -12,7 +12,7 @@ mod relaxation;
 mod surface;
 pub mod vertex;
 
-pub use build::{SplineError, SplineOptions, build, rebuild};
+pub use build::{SampledFrom, SplineError, SplineOptions, build, rebuild};
 pub use fill::fill;
 pub use folds::normal_deviations;
 pub use surface::{DEGREE, NET, TriangularSpline};

@@ -28,6 +28,7 @@ report = as_written | {
     "volume": float(merged.volume),
     "center": merged.bounds.mean(axis=0).tolist(),
     "stored_normals": normals is not None,
+    "units": mesh.units,
 }
 if normals is not None:
     radial = mesh.vertices - np.asarray(report["center"])

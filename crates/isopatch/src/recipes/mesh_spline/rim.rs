@@ -80,6 +80,7 @@ impl Rims {
         QuarticCurve {
             q: [from, from + arc / 4.0 * t0, 0.5 * (c1 + c2), to - arc / 4.0 * t1, to],
             steps: 0,
+            sqp_failed: false,
             at_bound: false,
         }
     }
