@@ -212,6 +212,8 @@ pub enum Method {
     Auto,
     /// G1 spline of degree-7 Bézier triangles
     Spline,
+    /// Rational patches over triangles, through the vertices of a mesh
+    Rational,
     /// Rational A-patches through the vertices of a mesh
     Apatch,
 }

@@ -11,6 +11,9 @@ pub fn run(arguments: &Convert) -> Result<(), Failure> {
     if model.spline().is_none() {
         outputs::check_a_patches(&arguments.output, arguments.cells)?;
     }
+    if model.rational().is_some() {
+        outputs::check_rational(arguments.cells)?;
+    }
     let style = Style::new(arguments.resolution, arguments.chord, arguments.cells);
     outputs::write_all(&model, &arguments.output, &style)
 }

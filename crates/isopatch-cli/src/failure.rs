@@ -6,8 +6,10 @@ use crate::input::InputError;
 use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
+use isopatch::recipes::algebraic::AlgebraicError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
+use isopatch::recipes::rational::RationalError;
 use isopatch::recipes::singular::SingularRecipeError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::render::RenderError;
@@ -45,6 +47,8 @@ pub enum Failure {
     Conforming(#[from] SingularRecipeError),
     #[error(transparent)]
     Singular(#[from] SingularError),
+    #[error(transparent)]
+    Algebraic(#[from] AlgebraicError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -53,6 +57,8 @@ pub enum Failure {
     Free(#[from] FreeError),
     #[error("{}: {source}", path.display())]
     MeshSpline { path: PathBuf, source: MeshSplineError },
+    #[error("{}: {source}", path.display())]
+    Rational { path: PathBuf, source: RationalError },
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
     #[error("--base {}: {source}", path.display())]
@@ -97,9 +103,11 @@ impl Failure {
             | Self::Recipe(_)
             | Self::Conforming(_)
             | Self::Singular(_)
+            | Self::Algebraic(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }
+            | Self::Rational { .. }
             | Self::Native { .. }
             | Self::Mesh { .. }
             | Self::NoFormula(_)

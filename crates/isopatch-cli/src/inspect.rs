@@ -2,7 +2,7 @@
 
 use crate::arguments::Inspect;
 use crate::failure::{Failure, print};
-use crate::fit::{describe, weakest};
+use crate::fit::{describe, describe_rational, weakest};
 use crate::input::Input;
 use crate::making;
 use crate::summary::summary;
@@ -11,9 +11,13 @@ use isopatch::field::{Field, Formula};
 use isopatch::geom::{Point3, Vec3};
 use isopatch::inspect::{
     APatchInspectOptions, APatchInspection, InspectOptions, inspect, inspect_a_patches, inspect_hybrid,
+    inspect_rational,
 };
 use isopatch::io::native::{NativeModel, NativeSurface, Provenance, read_native};
-use isopatch::report::{self, APatchReport, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
+use isopatch::rational::RationalSurface;
+use isopatch::report::{
+    self, APatchReport, BaseReport, RationalReport, Report, SCHEMA, Seconds, SurfaceReport,
+};
 use isopatch::spline::TriangularSpline;
 use std::fs::File;
 use std::path::Path;
@@ -31,6 +35,7 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
             let found = inspect_hybrid(surface, options);
             (APatchReport::of_hybrid(surface.function()), found)
         })?,
+        NativeSurface::Rational(surface) => of_rational(arguments, surface, &model.provenance, seconds)?,
     };
     let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
     print(&text);
@@ -74,6 +79,7 @@ fn of_spline(
         spline: None,
         apatch: None,
         singular: None,
+        rational: None,
         repairs: Vec::new(),
         seconds,
         peak_memory_bytes: report::peak_memory_bytes(),
@@ -96,6 +102,30 @@ fn of_a_patches(
         seconds,
         ..describe(&arguments.file.display().to_string(), model, &inspection)
     })
+}
+
+fn of_rational(
+    arguments: &Inspect,
+    surface: &RationalSurface,
+    provenance: &Provenance,
+    mut seconds: Seconds,
+) -> Result<Report, Failure> {
+    let (formula, region) = match &arguments.against {
+        Some(text) => {
+            let input = Input::new(text, &arguments.set)?;
+            (Some(input.formula), input.bounds)
+        }
+        None if making::is_of_mesh(provenance) => (None, None),
+        None => (making::formula(provenance), None),
+    };
+    let field = formula.as_ref().map(|formula| formula as &dyn Field);
+    let options = InspectOptions { region, ..Default::default() };
+    let found = seconds.measure("inspection", || inspect_rational(surface, field, &options));
+    let input = arguments.file.display().to_string();
+    let described = describe_rational(&input, provenance.unit.symbol(), surface, &found);
+    let normals = making::normals(provenance);
+    let rational = described.rational.clone().map(|of| RationalReport { normals, ..of });
+    Ok(Report { rational, seconds, ..described })
 }
 
 /// Reads a native file.

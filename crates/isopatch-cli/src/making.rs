@@ -4,6 +4,7 @@ use crate::arguments::FitOptions;
 use crate::failure::Failure;
 use crate::input::Input;
 use isopatch::field::{Constants, Formula};
+use isopatch::geom::Aabb;
 use isopatch::io::native::Provenance;
 use isopatch::recipes::spline::Fitted;
 use isopatch::report::{self, APatchReport};
@@ -62,6 +63,24 @@ pub fn of_formula(
     provenance(&making, input.formula.text().to_owned(), options, diagonal)
 }
 
+/// What a native file says about rational patches that were just made from a formula.
+pub fn of_rational_formula(
+    input: &Input,
+    options: &FitOptions,
+    bounds: &Aabb,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "rational".to_owned(),
+        set: input.assignments.clone(),
+        level: options.level,
+        r#box: Some(report::corners(bounds)),
+        normals: Some("field".to_owned()),
+        ..Making::default()
+    };
+    provenance(&making, input.formula.text().to_owned(), options, diagonal)
+}
+
 /// What a native file says about a surface that was just made from the mesh of a file.
 pub fn of_mesh(
     input: &str,
@@ -89,6 +108,29 @@ pub fn of_mesh_spline(input: &str, options: &FitOptions, diagonal: f64) -> Resul
         ..Making::default()
     };
     provenance(&making, input.to_owned(), options, diagonal)
+}
+
+/// What a native file says about rational patches that were just made through the vertices of a mesh file.
+pub fn of_rational_mesh(
+    input: &str,
+    options: &FitOptions,
+    normals: &str,
+    diagonal: f64,
+) -> Result<Provenance, Failure> {
+    let making = Making {
+        method: "rational".to_owned(),
+        mesh: true,
+        normals: Some(normals.to_owned()),
+        crease_angle: options.crease_angle,
+        ..Making::default()
+    };
+    provenance(&making, input.to_owned(), options, diagonal)
+}
+
+/// Where the normals of rational patches came from, if the file says so.
+pub fn normals(provenance: &Provenance) -> Option<String> {
+    let making: Making = serde_json::from_str(&provenance.options).unwrap_or_default();
+    making.normals
 }
 
 /// The figures of A-patches, with what the file says about their making.

@@ -112,6 +112,16 @@ pub fn check_a_patches(files: &[OutputFile], cells: Option<VtkCells>) -> Result<
     }
 }
 
+/// Can rational patches be written with these cells?
+pub fn check_rational(cells: Option<VtkCells>) -> Result<(), Failure> {
+    match cells {
+        Some(VtkCells::Lagrange) => {
+            Err(Failure::Unfit("--cells: rational patches have Bézier or linear cells".into()))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
     let has_no_nets = model.spline().is_none();
@@ -160,7 +170,9 @@ fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Fa
     let surface = model.as_surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
-        Fineness::Standard if model.spline().is_some() => Ok(with(TessellateOptions::default().resolution)),
+        Fineness::Standard if model.a_patches().is_none() => {
+            Ok(with(TessellateOptions::default().resolution))
+        }
         Fineness::Standard => {
             let coarser = (1..=APatchResolution::default().along).rev().map(with);
             Ok(coarser.into_iter().find(|r| triangles(surface, *r) <= MOST_TRIANGLES).unwrap_or(with(1)))
@@ -194,6 +206,9 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
         }
         NativeSurface::APatches(surface) => tessellate_a_patches(surface, resolution)?,
         NativeSurface::Hybrid(surface) => tessellate_hybrid(surface, resolution)?.mesh,
+        NativeSurface::Rational(surface) => {
+            tessellate(surface.as_ref(), &TessellateOptions { resolution: resolution.along })?
+        }
     })
 }
 

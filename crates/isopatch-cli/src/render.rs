@@ -57,11 +57,15 @@ fn is_native(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("isopatch"))
 }
 
+/// Pieces of the polyline for a singular curve over one edge of the mesh.
+const CURVE_PIECES: usize = 16;
+
 /// The picture of a surface.
 pub fn of_model(model: &NativeModel, options: &PictureOptions) -> Result<Image, Failure> {
     let mesh = flattened_for_picture(model, options.resolution)?;
     let hull = model.a_patches().map(|surface| surface.function().hull());
-    picture(&mesh, &Subject { surface: Some(model.as_surface()), hull, singular: &[] }, options)
+    let singular = model.rational().map_or_else(Vec::new, |surface| surface.singular_lines(CURVE_PIECES));
+    picture(&mesh, &Subject { surface: Some(model.as_surface()), hull, singular: &singular }, options)
 }
 
 /// The picture of a mesh file as it is.

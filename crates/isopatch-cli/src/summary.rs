@@ -1,7 +1,9 @@
 //! A report as a few lines for people.
 
 use crate::outputs::Written;
-use isopatch::report::{APatchReport, ElementCounts, IntersectionReport, Report, SingularReport};
+use isopatch::report::{
+    APatchReport, ElementCounts, IntersectionReport, RationalReport, Report, SingularReport,
+};
 use std::fmt::Write;
 
 /// Most characters of the input that are shown.
@@ -43,10 +45,11 @@ fn title(input: &str) -> String {
 fn shape(report: &Report, lines: &mut Lines) {
     let base = &report.base;
     let surface = &report.surface;
-    match (&report.apatch, &report.singular) {
-        (Some(apatch), _) => a_patches(report, apatch, lines),
-        (None, Some(singular)) => triangles(report, singular, lines),
-        (None, None) => lines.add(
+    match (&report.apatch, &report.rational, &report.singular) {
+        (Some(apatch), ..) => a_patches(report, apatch, lines),
+        (None, Some(rational), _) => rational_patches(report, rational, lines),
+        (None, None, Some(singular)) => triangles(report, singular, lines),
+        (None, None, None) => lines.add(
             "patches",
             format!("{} of degree 7, {} vertices, {} seams", surface.patches, base.vertices, base.edges),
         ),
@@ -111,6 +114,32 @@ fn triangles(report: &Report, singular: &SingularReport, lines: &mut Lines) {
     }
     if *folded > 0 {
         lines.add("look at", format!("{folded} triangles turn over"));
+    }
+}
+
+/// Rational patches, what they meet in, and where they are not what they should be.
+fn rational_patches(report: &Report, rational: &RationalReport, lines: &mut Lines) {
+    let base = &report.base;
+    lines.add(
+        "patches",
+        format!("{} rational, {} vertices, {} curves", report.surface.patches, base.vertices, base.edges),
+    );
+    if let Some(normals) = &rational.normals {
+        lines.add("normals", normals.clone());
+    }
+    for (label, count, what) in [
+        ("creases", rational.sharp_edges, "curves across which the surface is not G1"),
+        ("crossings", rational.crossings, "curves on which more than two patches meet"),
+        ("tips", rational.singular_vertices, "vertices without a tangent plane"),
+    ] {
+        if count > 0 {
+            lines.add(label, format!("{count} {what}"));
+        }
+    }
+    if rational.folded > 0 {
+        let names: Vec<String> = rational.folded_at.iter().map(u32::to_string).collect();
+        let more = if rational.folded > names.len() { ", …" } else { "" };
+        lines.add("look at", format!("{} patches that fold: {}{more}", rational.folded, names.join(", ")));
     }
 }
 

@@ -94,6 +94,7 @@ pub mod mesh;
 pub mod network;
 pub mod numeric;
 pub mod query;
+pub mod rational;
 pub mod recipes;
 pub mod render;
 pub mod report;

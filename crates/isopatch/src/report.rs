@@ -8,8 +8,9 @@ pub use crate::base::Repair;
 use crate::geom::Aabb;
 use crate::hull::{Class, Side};
 use crate::hybrid::{Element, HybridFunction};
-use crate::inspect::{APatchInspection, Inspection, Intersection};
-use crate::surface::{Continuity, PatchId};
+use crate::inspect::{APatchInspection, Inspection, Intersection, RationalInspection};
+use crate::rational::RationalSurface;
+use crate::surface::{Continuity, PatchId, Seam, Surface};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -48,6 +49,8 @@ pub struct Report {
     pub apatch: Option<APatchReport>,
     /// What was found of singularities; none where nobody looked, or where there are none.
     pub singular: Option<SingularReport>,
+    /// What the method of rational patches did; none for other methods.
+    pub rational: Option<RationalReport>,
     /// What was changed to make the input fit the method.
     pub repairs: Vec<Repair>,
     /// Time of every stage.
@@ -267,6 +270,38 @@ pub struct APatchReport {
     pub self_intersections_of_input: Option<usize>,
     /// Intervals along the edges of the mesh and across the patches over them, in tessellated outputs; none without one.
     pub resolution: Option<[usize; 2]>,
+}
+
+/// What the method of rational patches did.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RationalReport {
+    /// Where the normals came from: `file`, `loop`, `angle` or `area` for a mesh, `field` for a formula; none if that is not known.
+    pub normals: Option<String>,
+    /// Number of curves on which two patches meet, but are not G1.
+    pub sharp_edges: usize,
+    /// Number of curves on which more than two patches meet, because sheets cross there.
+    pub crossings: usize,
+    /// Number of vertices at which a patch has no tangent plane.
+    pub singular_vertices: usize,
+    /// Patches that fold over, and the first ten of them.
+    pub folded: usize,
+    /// See `folded`.
+    pub folded_at: Vec<u32>,
+}
+
+impl RationalReport {
+    /// What an inspection found.
+    pub fn new(surface: &RationalSurface, found: &RationalInspection) -> Self {
+        let meets = |seam: &&Seam| seam.second.is_some() && seam.continuity == Continuity::G0;
+        Self {
+            normals: None,
+            sharp_edges: surface.seams().iter().filter(meets).count(),
+            crossings: found.crossings,
+            singular_vertices: found.singular_vertices,
+            folded: found.folded.len(),
+            folded_at: found.folded.iter().take(NAMED_PATCHES).map(|p| p.0).collect(),
+        }
+    }
 }
 
 impl ClassCounts {
@@ -540,6 +575,7 @@ mod tests {
             spline: Some(SplineReport::default()),
             apatch: Some(APatchReport::default()),
             singular: None,
+            rational: Some(RationalReport::default()),
             repairs: vec![Repair { what: "flip".into(), place: "edge 7".into(), why: "sliver".into() }],
             seconds,
             peak_memory_bytes: None,
@@ -559,6 +595,7 @@ mod tests {
             apatch normals gradient_lengths faces positive negative zero nonconvex edges positive face_cells edge_cells \
             normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
             steep steep_at folded folded_at self_intersections_of_input resolution \
+            rational normals sharp_edges crossings singular_vertices folded folded_at \
             repairs what where why seconds total base spline peak_memory_bytes";
         let mut rest = text.as_str();
         for field in fields.split_whitespace() {

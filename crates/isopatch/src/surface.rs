@@ -1,7 +1,7 @@
 //! What a smooth surface made of patches is, whatever method made it; traits and small value types only.
 
 use crate::bernstein::restrict::over_triangle;
-use crate::geom::{Aabb, Point3, Points, PointsMut, PointsView, Vec3};
+use crate::geom::{Aabb, Point3, Points, PointsMut, PointsView, Vec3, Vec4};
 
 /// Number of a patch in its surface, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -64,6 +64,14 @@ pub enum PatchForm<'a> {
         degree: usize,
         /// (degree + 1)(degree + 2)/2 control points.
         net: &'a [Point3],
+    },
+    /// A rational Bézier triangle: its weighted control points in the same order.
+    RationalTriangle {
+        /// Degree of numerator and denominator.
+        degree: usize,
+        /// (degree + 1)(degree + 2)/2 points (w x, w y, w z, w). All weights w are ≥ 0; where one is 0, so is the point, and such
+        /// base points occur at the corners only: there the form is 0/0, and the patch goes on continuously.
+        weighted: &'a [Vec4],
     },
     /// Zero set of a rational cubic in a cell of a hull: it can be sampled, but has no control points.
     APatch,
@@ -149,6 +157,12 @@ pub trait Surface: Send + Sync {
     /// (0, 0), (1, 0) and (1, 1); of a polygon, the first three.
     fn corners(&self, patch: PatchId) -> [u32; 3];
 
+    /// Number of the curve under a seam. Seams on the same curve, as where sheets cross, have the same number; mostly each seam has a
+    /// curve of its own.
+    fn curve(&self, seam: usize) -> u32 {
+        seam as u32
+    }
+
     /// A box around a patch.
     fn bounds(&self, patch: PatchId) -> Aabb;
 
@@ -159,6 +173,13 @@ pub trait Surface: Send + Sync {
             PatchForm::BezierTriangle { degree, net } => {
                 let corners = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
                 Aabb::around(&over_triangle(degree, net, &corners))
+            }
+            PatchForm::RationalTriangle { degree, weighted } => {
+                let corners = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
+                let part = over_triangle(degree, weighted, &corners);
+                // Convex combinations of the control points, as no weight is negative.
+                let points: Vec<Point3> = part.iter().filter(|p| p.w > 0.0).map(|p| p.xyz() / p.w).collect();
+                Aabb::around(&points)
             }
             PatchForm::APatch => self.bounds(patch),
         }

@@ -1,6 +1,6 @@
 //! `isopatch fit` of a formula: a spline, or flat triangles where it has singularities.
 
-use super::{finish, singular};
+use super::{algebraic, finish, singular};
 use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::input::Input;
@@ -9,6 +9,7 @@ use crate::progress::Progress;
 use isopatch::base::BaseOptions;
 use isopatch::field::Formula;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
+use isopatch::io::Format;
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::{PolygonMesh, read_mesh};
 use isopatch::recipes::paper_spline;
@@ -36,6 +37,11 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
         && let Ok(found) = singular::find(&formula, input, options, &progress)
         && !found.is_empty()
     {
+        // Flat triangles can't be STEP; rational patches can.
+        if options.output.iter().any(|file| file.format == Format::Step) {
+            drop(progress);
+            return algebraic::run(text, input, options);
+        }
         return singular::run(text, &formula, found, input, options, progress);
     }
     let mut fitted = made?;
@@ -133,6 +139,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &Fitted, inspection: &Ins
         }),
         apatch: None,
         singular: None,
+        rational: None,
         repairs: fitted.repairs.clone(),
         seconds: Default::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

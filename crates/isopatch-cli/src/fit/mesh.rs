@@ -43,7 +43,7 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
         match &surface {
             NativeSurface::APatches(surface) => Some(inspect_a_patches(surface, &options)),
             NativeSurface::Hybrid(surface) => Some(inspect_hybrid(surface, &options)),
-            NativeSurface::Spline(_) => None,
+            NativeSurface::Spline(_) | NativeSurface::Rational(_) => None,
         }
     });
     let input = path.display().to_string();
@@ -136,6 +136,7 @@ pub fn describe(input: &str, model: &NativeModel, inspection: &APatchInspection)
         spline: None,
         apatch: None,
         singular: None,
+        rational: None,
         repairs: Vec::new(),
         seconds: Seconds::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

@@ -56,6 +56,7 @@ fn describe(input: &str, options: &FitOptions, fitted: &FittedMeshSpline, inspec
         spline: None,
         apatch: None,
         singular: None,
+        rational: None,
         repairs: fitted.repairs.clone(),
         seconds: Seconds::default(),
         peak_memory_bytes: report::peak_memory_bytes(),

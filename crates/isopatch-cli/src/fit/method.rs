@@ -17,7 +17,8 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
         return Err(Failure::Unfit(
-            "--method apatch takes a mesh; for a formula there is --method spline".into(),
+            "--method apatch takes a mesh; for a formula there are --method spline and --method rational"
+                .into(),
         ));
     }
     if options.triangulate.is_some() {
@@ -27,6 +28,11 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
             ));
         }
         refuse(&of_splines(options), "for a spline, not for --triangulate")?;
+    }
+    if options.method == Some(Method::Rational) {
+        refuse(&of_splines(options), "for splines, not for rational patches")?;
+        refuse(&[("--faces", options.faces.is_some())], "for splines, not for rational patches")?;
+        outputs::check_rational(options.cells)?;
     }
     refuse(&of_meshes(options), "for meshes, not for a formula")
 }
@@ -42,6 +48,11 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
             "{}: a STEP file can't hold A-patches; --method spline and --method auto make what it can hold",
             file.path.display()
         ))),
+        (Method::Rational, _) => {
+            refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            refuse(&only_of_a_patches(options), "for A-patches; rational patches have no such thing")?;
+            outputs::check_rational(options.cells)
+        }
         (Method::Auto | Method::Spline, _) => {
             refuse(&of_formulas(options), "for formulas, not for a mesh")?;
             refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
@@ -49,10 +60,23 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
     }
 }
 
-/// Is a mesh to become a spline? Otherwise A-patches.
-pub fn is_spline(options: &FitOptions) -> bool {
+/// What a mesh is to become.
+pub fn of_mesh(options: &FitOptions) -> MeshMethod {
     let step = options.output.iter().any(|file| file.format == Format::Step);
-    options.method == Some(Method::Spline) || step
+    match options.method {
+        Some(Method::Rational) => MeshMethod::Rational,
+        Some(Method::Spline) => MeshMethod::Spline,
+        _ if step => MeshMethod::Spline,
+        _ => MeshMethod::APatches,
+    }
+}
+
+/// A surface through the vertices of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshMethod {
+    Spline,
+    Rational,
+    APatches,
 }
 
 type Given = (&'static str, bool);
@@ -87,6 +111,12 @@ fn of_a_patches(options: &FitOptions) -> [Given; 5] {
         ("--polygons", options.polygons.is_some()),
         ("--triangle-element", options.triangle_element.is_some()),
     ]
+}
+
+/// Those of them that rational patches do not take.
+fn only_of_a_patches(options: &FitOptions) -> [Given; 4] {
+    let [_, others @ ..] = of_a_patches(options);
+    others
 }
 
 /// The options that only a formula takes.

@@ -1,13 +1,15 @@
 //! `isopatch fit`: a formula or a mesh to files.
 
+mod algebraic;
 mod formula;
 mod free;
 mod mesh;
 mod mesh_spline;
 mod method;
+mod rational;
 mod singular;
 
-use crate::arguments::{Fit, FitOptions};
+use crate::arguments::{Fit, FitOptions, Method};
 use crate::config;
 use crate::failure::{Failure, print};
 use crate::input::Source;
@@ -22,6 +24,8 @@ use std::path::Path;
 
 pub use free::FreeError;
 pub use mesh::{describe, weakest};
+use method::MeshMethod;
+pub use rational::describe as describe_rational;
 
 pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let options = match &arguments.config {
@@ -36,9 +40,15 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
         pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
     }
     match &source {
+        Source::Formula(input) if options.method == Some(Method::Rational) => {
+            algebraic::run(&arguments.input, input, &options)
+        }
         Source::Formula(input) => formula::run(&arguments.input, input, &options),
-        Source::Mesh(path) if method::is_spline(&options) => mesh_spline::run(path, &options),
-        Source::Mesh(path) => mesh::run(path, &options),
+        Source::Mesh(path) => match method::of_mesh(&options) {
+            MeshMethod::Spline => mesh_spline::run(path, &options),
+            MeshMethod::Rational => rational::run(path, &options),
+            MeshMethod::APatches => mesh::run(path, &options),
+        },
     }
 }
 

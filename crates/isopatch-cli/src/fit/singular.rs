@@ -101,6 +101,7 @@ fn describe(text: &str, options: &FitOptions, fitted: &FittedSingular) -> Report
         surface: fitted.surface_report(),
         spline: None,
         apatch: None,
+        rational: None,
         singular: Some(fitted.singular_report()),
         repairs: Vec::new(),
         seconds: Seconds::default(),

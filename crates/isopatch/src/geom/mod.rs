@@ -21,6 +21,8 @@ pub use points::{Points, PointsMut, PointsView};
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// A position, in model units, as its vector from the origin.
 pub type Point3 = Vec3;
+/// A point in homogeneous coordinates: weight times position, then the weight.
+pub type Vec4 = nalgebra::Vector4<f64>;
 /// A 3×3 matrix, such as a Hessian or a curvature tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 

@@ -2,9 +2,9 @@
 
 use super::samples::{SampleSet, net};
 use super::tree::PatchTree;
-use crate::bernstein::triangle;
+use crate::bernstein::triangle::{self, Tangents};
 use crate::geom::{Point3, Points};
-use crate::surface::{PatchId, Surface};
+use crate::surface::{PatchId, Sample, Surface};
 
 /// Intervals of the lattice whose nearest point starts the iteration in a patch.
 const START_LATTICE: usize = 4;
@@ -84,9 +84,15 @@ impl<'a> ClosestPatch<'a> {
     /// Gauss–Newton with the domain as constraint: the closest point of the flat triangle that the patch's
     /// linearisation at (u, v) makes of the domain gives the direction, a line search the length of the step.
     fn nearest_in_patch(&self, patch: PatchId, start: [f64; 2], p: &Point3) -> Nearest {
-        let (degree, net) = net(self.surface, patch);
+        let polynomial = net(self.surface, patch);
         let at = |uv: [f64; 2]| {
-            let t = triangle::evaluate(degree, net, uv);
+            let t = match polynomial {
+                Some((degree, net)) => triangle::evaluate(degree, net, uv),
+                None => {
+                    let Sample { point, du, dv, .. } = self.surface.sample(patch, uv);
+                    Tangents { point, du, dv }
+                }
+            };
             (t, Nearest { patch, uv, point: t.point, distance: (t.point - p).norm() })
         };
         let (mut tangents, mut best) = at(start);

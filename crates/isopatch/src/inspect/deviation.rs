@@ -69,7 +69,17 @@ struct Squares {
 /// The field is negative inside, the patches are oriented outwards. The distance is that of the foot which the
 /// gradient leads to: the closest point, if the sample is nearer to the zero set than its centre of curvature.
 pub fn deviation(surface: &dyn Surface, field: &dyn Field, diagonal: f64, lattice: usize) -> Deviation {
-    let set = SampleSet::new(surface, &triangle::lattice(lattice.max(1)));
+    deviation_at(surface, field, diagonal, &triangle::lattice(lattice.max(1)))
+}
+
+/// The same at any barycentric parameters.
+pub(super) fn deviation_at(
+    surface: &dyn Surface,
+    field: &dyn Field,
+    diagonal: f64,
+    parameters: &[[f64; 3]],
+) -> Deviation {
+    let set = SampleSet::new(surface, parameters);
     let patches: Vec<PatchId> = surface.patches().collect();
     let chunks: Vec<_> = patches
         .par_chunks(CHUNK)

@@ -61,6 +61,9 @@ fn sharp_vertices(base: &BaseMesh) -> Vec<bool> {
     sharp
 }
 
+/// A net of degree 1 that is nowhere: for patches without a net, whose figures come out as infinite.
+static NO_NET: [Vec3; 3] = [Vec3::new(f64::NAN, f64::NAN, f64::NAN); 3];
+
 /// Offsets of the control points around a corner of a Bézier triangle of degree n.
 struct Corner {
     degree: f64,
@@ -77,7 +80,7 @@ struct Corner {
 
 impl Corner {
     fn new(surface: &dyn Surface, patch: PatchId, k: usize) -> Self {
-        let (n, net) = net(surface, patch);
+        let (n, net) = net(surface, patch).unwrap_or((1, &NO_NET));
         let o = net[index::row(n, k, 0, 0)];
         let offset = |depth, m| net[index::row(n, k, depth, m)] - o;
         let (along, back) = (offset(0, 1), offset(1, 0));

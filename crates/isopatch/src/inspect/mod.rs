@@ -11,6 +11,7 @@
 //!
 //! [`inspect`] asks all of them of a spline, [`inspect_a_patches`] those of A-patches that need no formula, and besides
 //! whether every patch is defined everywhere and none folds. Lengths are relative to the diagonal of the base mesh, angles are in radians.
+//! [`inspect_rational`] asks all that can be asked of rational patches.
 //! All figures are *measured*: they hold for the samples, and are bounds of nothing.
 
 mod a_patches;
@@ -23,6 +24,7 @@ mod hybrid;
 mod interpolation;
 mod intersections;
 mod measure;
+mod rational;
 mod samples;
 mod seams;
 mod text;
@@ -42,6 +44,7 @@ pub use hybrid::inspect_hybrid;
 pub use interpolation::{Interpolation, interpolation};
 pub use intersections::{Intersection, Intersections, MeshIntersections, intersections, mesh_intersections};
 pub use measure::{Extent, Topology, extent, topology};
+pub use rational::{RationalInspection, inspect_rational};
 pub use seams::{Seams, seams};
 pub use zeros::zeros;
 

@@ -1,19 +1,16 @@
-//! Bézier patches at parameters that are the same for all of them: basis values are computed once.
+//! Patches at parameters that are the same for all of them: for polynomial ones, basis values are computed once.
 
 use crate::bernstein::{index, triangle};
-use crate::geom::{Point3, Points, PointsMut};
-use crate::surface::{PatchForm, PatchId, Surface};
+use crate::geom::{Point3, Points, PointsMut, Vec3};
+use crate::surface::{PatchForm, PatchId, Sample, Surface};
 
-/// Degree and control net of a patch; for a patch without one, a net of NaN, whose figures come out as infinite.
-pub(super) fn net(surface: &dyn Surface, patch: PatchId) -> (usize, &[Point3]) {
+/// Degree and control net of a patch that is a polynomial; the others are asked for their samples one by one.
+pub(super) fn net(surface: &dyn Surface, patch: PatchId) -> Option<(usize, &[Point3])> {
     match surface.form(patch) {
-        PatchForm::BezierTriangle { degree, net } => (degree, net),
-        PatchForm::APatch => (1, &NO_NET),
+        PatchForm::BezierTriangle { degree, net } => Some((degree, net)),
+        PatchForm::RationalTriangle { .. } | PatchForm::APatch => None,
     }
 }
-
-/// A net of degree 1 that is nowhere.
-static NO_NET: [Point3; 3] = [Point3::new(f64::NAN, f64::NAN, f64::NAN); 3];
 
 /// Samples whose sums are formed together: as many as fit into the registers, three coordinates each.
 const LANES: usize = 4;
@@ -82,7 +79,7 @@ fn derivative_net(degree: usize, net: &[Point3], axis: usize, out: &mut Vec<Poin
 
 /// A fixed set of parameters, with tables for every degree that occurs in a surface.
 pub(super) struct SampleSet {
-    count: usize,
+    parameters: Vec<[f64; 2]>,
     tables: Vec<Basis>,
 }
 
@@ -96,25 +93,33 @@ pub(super) struct PatchSamples {
 impl SampleSet {
     /// Tables for the barycentric `parameters`.
     pub fn new(surface: &dyn Surface, parameters: &[[f64; 3]]) -> Self {
-        let mut degrees: Vec<usize> = surface.patches().map(|p| net(surface, p).0).collect();
+        let mut degrees: Vec<usize> = surface.patches().filter_map(|p| Some(net(surface, p)?.0)).collect();
         degrees.sort_unstable();
         degrees.dedup();
         let tables = degrees.into_iter().map(|n| Basis::new(n, parameters)).collect();
-        Self { count: parameters.len(), tables }
+        Self { parameters: parameters.iter().map(|[u, v, _]| [*u, *v]).collect(), tables }
     }
 
     /// Number of samples of a patch.
     pub fn count(&self) -> usize {
-        self.count
+        self.parameters.len()
     }
 
     /// Positions only.
     pub fn points(&self, surface: &dyn Surface, patches: &[PatchId]) -> Points {
-        let mut points = Points::zeros(patches.len() * self.count);
+        let count = self.count();
+        let mut points = Points::zeros(patches.len() * count);
         for (i, patch) in patches.iter().enumerate() {
-            let (degree, net) = net(surface, *patch);
-            if let Some(basis) = self.tables.iter().find(|t| t.degree == degree) {
-                basis.point.combine(net, points.slice_mut(i * self.count..(i + 1) * self.count));
+            match net(surface, *patch) {
+                Some((degree, net)) => {
+                    let Some(basis) = self.tables.iter().find(|t| t.degree == degree) else { continue };
+                    basis.point.combine(net, points.slice_mut(i * count..(i + 1) * count));
+                }
+                None => {
+                    for (s, sample) in self.sampled(surface, *patch).iter().enumerate() {
+                        points.set(i * count + s, sample.point);
+                    }
+                }
             }
         }
         points
@@ -122,19 +127,35 @@ impl SampleSet {
 
     /// Samples of the given patches.
     pub fn sample(&self, surface: &dyn Surface, patches: &[PatchId]) -> PatchSamples {
-        let zeros = || Points::zeros(patches.len() * self.count);
-        let points = self.points(surface, patches);
-        let mut samples = PatchSamples { points, du: zeros(), dv: zeros() };
+        let count = self.count();
+        let zeros = || Points::zeros(patches.len() * count);
+        let mut samples = PatchSamples { points: zeros(), du: zeros(), dv: zeros() };
         let mut derivative = Vec::new();
         for (i, patch) in patches.iter().enumerate() {
-            let (degree, net) = net(surface, *patch);
+            let Some((degree, net)) = net(surface, *patch) else {
+                for (s, sample) in self.sampled(surface, *patch).iter().enumerate() {
+                    samples.points.set(i * count + s, sample.point);
+                    samples.du.set(i * count + s, sample.du);
+                    samples.dv.set(i * count + s, sample.dv);
+                }
+                continue;
+            };
             let Some(basis) = self.tables.iter().find(|t| t.degree == degree) else { continue };
-            let range = i * self.count..(i + 1) * self.count;
+            let range = i * count..(i + 1) * count;
+            basis.point.combine(net, samples.points.slice_mut(range.clone()));
             for (axis, out) in [&mut samples.du, &mut samples.dv].into_iter().enumerate() {
                 derivative_net(degree, net, axis, &mut derivative);
                 basis.derivative.combine(&derivative, out.slice_mut(range.clone()));
             }
         }
+        samples
+    }
+
+    /// The samples of a patch that is no polynomial.
+    fn sampled(&self, surface: &dyn Surface, patch: PatchId) -> Vec<Sample> {
+        let nan = Vec3::repeat(f64::NAN);
+        let mut samples = vec![Sample { point: nan, normal: nan, du: nan, dv: nan }; self.count()];
+        surface.sample_batch(patch, &self.parameters, &mut samples);
         samples
     }
 }

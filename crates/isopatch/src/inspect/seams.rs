@@ -4,7 +4,7 @@ use super::or_infinite;
 use super::samples::net;
 use crate::bernstein::index;
 use crate::geom::{Point3, Vec3, angle_between};
-use crate::surface::{Continuity, SeamSide, Surface};
+use crate::surface::{Continuity, Sample, SeamSide, Surface};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -38,7 +38,8 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
         .par_iter()
         .map(|seam| {
             let second = seam.second?;
-            let (gap, jump) = measure(surface, seam.first, second, &tables);
+            let (gap, jump) = measure(surface, seam.first, second, &tables)
+                .unwrap_or_else(|| measure_samples(surface, seam.first, second, intervals));
             Some((gap, if seam.continuity == Continuity::G1 { jump } else { 0.0 }))
         })
         .collect();
@@ -66,9 +67,9 @@ impl Seams {
 /// Bernstein polynomials of every degree that occurs, at the parameters of the samples.
 type Tables = [Vec<(f64, [f64; MAX_ROW])>; MAX_ROW];
 
-/// Largest gap (a length) and largest normal jump (an angle) of one seam.
-fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, tables: &Tables) -> (f64, f64) {
-    let (a, b) = (Rows::new(surface, first), Rows::new(surface, second));
+/// Largest gap (a length) and largest normal jump (an angle) of one seam; none if a side is no polynomial.
+fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, tables: &Tables) -> Option<(f64, f64)> {
+    let (a, b) = (Rows::new(surface, first)?, Rows::new(surface, second)?);
     let (mut gap, mut widest) = (0.0, Widest::default());
     for ((t, of_a), (_, of_b)) in tables[a.degree - 1].iter().zip(&tables[b.degree - 1]) {
         // From a common point: the difference of equal points is exactly zero wherever they are.
@@ -76,7 +77,37 @@ fn measure(surface: &dyn Surface, first: SeamSide, second: SeamSide, tables: &Ta
         gap = f64::max(gap, or_infinite(offset.norm()));
         widest.add(a.normal(of_a), b.normal(of_b));
     }
+    Some((gap, widest.angle()))
+}
+
+/// The same from samples. A corner in which one of the patches has no normal is left out: a vertex of a cone has none.
+fn measure_samples(surface: &dyn Surface, first: SeamSide, second: SeamSide, intervals: usize) -> (f64, f64) {
+    let at = |side: SeamSide, i: usize| surface.sample(side.patch, on_edge(side, i, intervals));
+    let (mut gap, mut widest) = (0.0, Widest::default());
+    for i in 0..=intervals {
+        let (a, b) = (at(first, i), at(second, i));
+        gap = f64::max(gap, or_infinite((a.point - b.point).norm()));
+        let is_end = i == 0 || i == intervals;
+        if !(is_end && (has_no_normal(&a) || has_no_normal(&b))) {
+            widest.add(a.normal, b.normal);
+        }
+    }
     (gap, widest.angle())
+}
+
+fn has_no_normal(sample: &Sample) -> bool {
+    !sample.normal.iter().all(|c| c.is_finite())
+}
+
+/// Parameters of point i of `intervals` along a seam, in the triangle on one of its sides.
+fn on_edge(side: SeamSide, i: usize, intervals: usize) -> [f64; 2] {
+    let i = if side.reversed { intervals - i } else { i };
+    let (t, rest) = (i as f64 / intervals as f64, (intervals - i) as f64 / intervals as f64);
+    match side.edge {
+        0 => [rest, t],
+        1 => [0.0, rest],
+        _ => [t, 0.0],
+    }
 }
 
 /// The angle between two normals of any length; π if one of them vanishes or is not a number.
@@ -129,8 +160,8 @@ struct Rows {
 }
 
 impl Rows {
-    fn new(surface: &dyn Surface, side: SeamSide) -> Self {
-        let (degree, net) = net(surface, side.patch);
+    fn new(surface: &dyn Surface, side: SeamSide) -> Option<Self> {
+        let (degree, net) = net(surface, side.patch)?;
         let row = |depth: usize| {
             std::array::from_fn(|m| match degree - depth {
                 last if m > last => Point3::zeros(),
@@ -139,7 +170,7 @@ impl Rows {
                 }
             })
         };
-        Self { degree, reversed: side.reversed, edge: row(0), inner: row(1) }
+        Some(Self { degree, reversed: side.reversed, edge: row(0), inner: row(1) })
     }
 
     /// Point of the boundary curve at t less `origin`; `basis` of degree n − 1, the last step of de Casteljau's

@@ -1,9 +1,8 @@
 //! A bounding volume hierarchy over patches, for searches of the nearest one.
 
-use super::samples::net;
-use crate::bernstein::index;
 use crate::geom::{Aabb, Point3, Vec3};
-use crate::surface::{PatchId, Surface};
+use crate::surface::{PatchForm, PatchId, Surface};
+use std::borrow::Cow;
 
 /// Most patches in a leaf.
 const LEAF: usize = 4;
@@ -20,19 +19,30 @@ struct Prism {
 
 impl Prism {
     fn new(surface: &dyn Surface, patch: PatchId) -> Self {
-        let (degree, net) = net(surface, patch);
-        let corner = |k| net[index::row(degree, k, 0, 0)];
-        let normal = unit((corner(1) - corner(0)).cross(&(corner(2) - corner(0))));
-        let outward = |k| unit((corner((k + 1) % 3) - corner(k)).cross(&normal));
-        let slabs = [normal, -normal, outward(0), outward(1), outward(2)]
-            .map(|d| (d, net.iter().map(|b| d.dot(b)).fold(f64::NEG_INFINITY, f64::max)));
-        Self { patch, bounds: Aabb::around(net), slabs }
+        let hull = hull_points(surface, patch);
+        let [a, b, c] = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]].map(|uv| surface.sample(patch, uv).point);
+        let normal = unit((b - a).cross(&(c - a)));
+        let outward = |along: Vec3| unit(along.cross(&normal));
+        let slabs = [normal, -normal, outward(b - a), outward(c - b), outward(a - c)]
+            .map(|d| (d, hull.iter().map(|b| d.dot(b)).fold(f64::NEG_INFINITY, f64::max)));
+        Self { patch, bounds: Aabb::around(hull.iter()), slabs }
     }
 
     /// Square of a lower bound of the distance from `p` to the patch.
     fn distance_squared(&self, p: &Point3) -> f64 {
         let outside_slabs = self.slabs.iter().map(|(d, support)| d.dot(p) - support).fold(0.0, f64::max);
         box_distance_squared(&self.bounds, p).max(outside_slabs * outside_slabs)
+    }
+}
+
+/// Points in whose convex hull a patch lies: its control points. None for a patch without control points.
+fn hull_points(surface: &dyn Surface, patch: PatchId) -> Cow<'_, [Point3]> {
+    match surface.form(patch) {
+        PatchForm::BezierTriangle { net, .. } => Cow::Borrowed(net),
+        PatchForm::RationalTriangle { weighted, .. } => {
+            Cow::Owned(weighted.iter().filter(|p| p.w > 0.0).map(|p| p.xyz() / p.w).collect())
+        }
+        PatchForm::APatch => Cow::Borrowed(&[]),
     }
 }
 
@@ -68,7 +78,10 @@ impl PatchTree {
     /// Splits at the median of the box centres along the longest axis. Patches with a control point that is not
     /// finite are left out.
     pub fn new(surface: &dyn Surface) -> Self {
-        let finite = |p: &PatchId| net(surface, *p).1.iter().all(|b| b.iter().all(|x| x.is_finite()));
+        let finite = |p: &PatchId| {
+            let hull = hull_points(surface, *p);
+            !hull.is_empty() && hull.iter().all(|b| b.iter().all(|x| x.is_finite()))
+        };
         let mut prisms: Vec<_> = surface.patches().filter(finite).map(|p| Prism::new(surface, p)).collect();
         let root = if prisms.is_empty() { None } else { Some(Node::new(&mut prisms, 0)) };
         Self { prisms, root }

@@ -1,10 +1,11 @@
-//! VTK unstructured grids (.vtu): of degree-7 triangles, or of flat ones.
+//! VTK unstructured grids (.vtu): of degree-7 triangles, of rational quadrilaterals, or of flat triangles.
 
 use super::net::{DEGREE, nets};
 use super::{WriteError, error, text};
 use crate::bernstein::index;
 use crate::geom::Vec3;
-use crate::surface::{PatchId, Surface};
+use crate::rational::pieces::{Piece, pieces};
+use crate::surface::{PatchForm, PatchId, Surface};
 use crate::tessellate::{SharedLattice, TessellateOptions, Tessellation, tessellate};
 use std::io::{self, Write};
 
@@ -44,6 +45,9 @@ pub fn write_vtk(
     options: &VtkOptions,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
+    if surface.patches().any(|p| matches!(surface.form(p), PatchForm::RationalTriangle { .. })) {
+        return write_rational(surface, options, out);
+    }
     let nets = nets(surface, "VTK")?;
     let lattice = SharedLattice::new(surface, DEGREE)?;
     let (points, normals) = match options.cells {
@@ -57,14 +61,76 @@ pub fn write_vtk(
     let grid = Grid {
         points: &points,
         normals: &normals,
+        weights: &[],
         cells: surface.patch_count(),
-        nodes: NODES,
+        end: &|cell| (cell + 1) * NODES,
         cell_type: options.cells.cell_type(),
-        degree: Some(DEGREE),
+        degrees: Some(&|_| [DEGREE, DEGREE]),
         patches: &[],
         node: &|cell, n| lattice.number(PatchId(cell as u32), order[n]),
     };
     grid.write(out)
+}
+
+/// VTK_BEZIER_QUADRILATERAL.
+const BEZIER_QUADRILATERAL: u8 = 77;
+
+/// Writes the four pieces of each rational triangle ([`pieces`]) as rational Bézier quadrilaterals, exactly, with the number of the patch of
+/// each. Triangles would have weights of 0, which VTK divides by. Cells do not share points, because weights belong to points.
+fn write_rational(
+    surface: &dyn Surface,
+    options: &VtkOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    let format = "VTK";
+    if options.cells == Cells::Lagrange {
+        return Err(WriteError::NoNet { format: "VTK with Lagrange cells", patch: 0 });
+    }
+    let mut cells: Vec<Piece> = Vec::new();
+    for patch in surface.patches() {
+        let PatchForm::RationalTriangle { degree, weighted } = surface.form(patch) else {
+            return Err(WriteError::NoNet { format, patch: patch.0 });
+        };
+        if !weighted.iter().all(|p| p.iter().all(|c| c.is_finite())) {
+            return Err(WriteError::NotFinite { what: "patch", index: patch.index() });
+        }
+        cells.extend(pieces(degree, weighted));
+    }
+    let (mut points, mut weights, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+    for piece in &cells {
+        for [i, j] in quadrilateral_order(piece.degrees) {
+            let p = piece.point(i, j);
+            points.push(p.xyz() / p.w);
+            weights.push(p.w);
+        }
+        ends.push(points.len());
+    }
+    let start = |cell: usize| if cell == 0 { 0 } else { ends[cell - 1] };
+    let patches: Vec<PatchId> = surface.patches().flat_map(|p| [p; 4]).collect();
+    let grid = Grid {
+        points: &points,
+        normals: &[],
+        weights: &weights,
+        cells: cells.len(),
+        end: &|cell| ends[cell],
+        cell_type: BEZIER_QUADRILATERAL,
+        degrees: Some(&|cell| cells[cell].degrees),
+        patches: &patches,
+        node: &|cell, n| (start(cell) + n) as u32,
+    };
+    grid.write(out)
+}
+
+/// The control points (i, j) of a quadrilateral of degree m × n in VTK's order: four corners counter-clockwise, the insides of the
+/// edges, each with rising i or j, then the rest, i first.
+fn quadrilateral_order([m, n]: [usize; 2]) -> Vec<[usize; 2]> {
+    let mut order = vec![[0, 0], [m, 0], [m, n], [0, n]];
+    order.extend((1..m).map(|i| [i, 0]));
+    order.extend((1..n).map(|j| [m, j]));
+    order.extend((1..m).map(|i| [i, n]));
+    order.extend((1..n).map(|j| [0, j]));
+    order.extend((1..n).flat_map(|j| (1..m).map(move |i| [i, j])));
+    order
 }
 
 /// VTK_TRIANGLE.
@@ -78,10 +144,11 @@ pub fn write_vtk_mesh(mesh: &Tessellation, out: &mut impl Write) -> Result<(), W
     let grid = Grid {
         points: &mesh.positions,
         normals: &mesh.normals,
+        weights: &[],
         cells: mesh.triangles.len(),
-        nodes: 3,
+        end: &|cell| 3 * (cell + 1),
         cell_type: LINEAR_TRIANGLE,
-        degree: None,
+        degrees: None,
         patches: &mesh.patches,
         node: &|cell, n| mesh.triangles[cell][n],
     };
@@ -114,12 +181,14 @@ struct Grid<'a> {
     points: &'a [Vec3],
     /// Per point, or empty.
     normals: &'a [Vec3],
+    /// Of rational cells, per point, or empty.
+    weights: &'a [f64],
     cells: usize,
-    /// Nodes of a cell.
-    nodes: usize,
+    /// Nodes of all cells up to one, and with it.
+    end: &'a (dyn Fn(usize) -> usize + Sync),
     cell_type: u8,
     /// Of higher-order cells.
-    degree: Option<usize>,
+    degrees: Option<&'a (dyn Fn(usize) -> [usize; 2] + Sync)>,
     /// Patch of each cell, or empty.
     patches: &'a [PatchId],
     /// Point of a node of a cell.
@@ -169,7 +238,7 @@ impl Element {
         };
         match self {
             Self::CellData => says("HigherOrderDegrees", "HigherOrderDegrees") + &says("Scalars", "patch"),
-            Self::PointData => says("Normals", "Normals"),
+            Self::PointData => says("Normals", "Normals") + &says("RationalWeights", "RationalWeights"),
             Self::Points | Self::Cells => String::new(),
         }
     }
@@ -197,15 +266,19 @@ impl Grid<'_> {
     }
 
     fn arrays<W: Write>(&self) -> Vec<Array<'_, W>> {
-        let (cells, nodes) = (self.cells, self.nodes);
+        let (cells, end) = (self.cells, self.end);
+        let nodes = if cells == 0 { 0 } else { end(cells - 1) };
         let mut arrays = Vec::new();
         let mut add = |element, kind, name, components, bytes, write| {
             arrays.push(Array { element, kind, name, components, bytes, write });
         };
         let vector = 3 * size_of::<f64>();
-        if let Some(degree) = self.degree {
-            let degrees = Vec3::new(degree as f64, degree as f64, 0.0);
-            let write = move |out: &mut W| write_vectors(out, cells, |_| degrees);
+        if let Some(degrees) = self.degrees {
+            let of_cell = move |cell: usize| {
+                let [m, n] = degrees(cell).map(|n| n as f64);
+                Vec3::new(m, n, 0.0)
+            };
+            let write = move |out: &mut W| write_vectors(out, cells, of_cell);
             add(Element::CellData, "Float64", "HigherOrderDegrees", 3, cells * vector, Box::new(write) as _);
         }
         if !self.patches.is_empty() {
@@ -214,6 +287,15 @@ impl Grid<'_> {
                 text::write_items(out, cells, number)
             };
             add(Element::CellData, "UInt32", "patch", 1, cells * size_of::<u32>(), Box::new(write));
+        }
+        if !self.weights.is_empty() {
+            let write = |out: &mut W| {
+                text::write_items(out, self.weights.len(), |i, bytes| {
+                    bytes.extend(self.weights[i].to_le_bytes())
+                })
+            };
+            let bytes = self.weights.len() * size_of::<f64>();
+            add(Element::PointData, "Float64", "RationalWeights", 1, bytes, Box::new(write));
         }
         for (element, name, vectors) in
             [(Element::PointData, "Normals", self.normals), (Element::Points, "Points", self.points)]
@@ -226,12 +308,13 @@ impl Grid<'_> {
         let word = size_of::<i64>();
         let connectivity = move |out: &mut W| {
             text::write_items(out, cells, |c, bytes| {
-                (0..nodes).for_each(|n| bytes.extend(i64::from((self.node)(c, n)).to_le_bytes()));
+                let count = if c == 0 { end(0) } else { end(c) - end(c - 1) };
+                (0..count).for_each(|n| bytes.extend(i64::from((self.node)(c, n)).to_le_bytes()));
             })
         };
-        add(Element::Cells, "Int64", "connectivity", 1, cells * nodes * word, Box::new(connectivity));
+        add(Element::Cells, "Int64", "connectivity", 1, nodes * word, Box::new(connectivity));
         let offsets = move |out: &mut W| {
-            text::write_items(out, cells, |c, bytes| bytes.extend((((c + 1) * nodes) as i64).to_le_bytes()))
+            text::write_items(out, cells, |c, bytes| bytes.extend((end(c) as i64).to_le_bytes()))
         };
         add(Element::Cells, "Int64", "offsets", 1, cells * word, Box::new(offsets));
         let cell_type = self.cell_type;

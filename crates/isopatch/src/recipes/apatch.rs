@@ -152,7 +152,7 @@ pub fn fit(
     repairs.extend(turned);
     repairs.extend(problems(&function, &sources));
     let figures = APatchReport {
-        normals: Some(source(mesh, recipe, NormalSource::Loop).name().to_owned()),
+        normals: Some(source(mesh, recipe.normals, NormalSource::Loop).name().to_owned()),
         gradient_lengths: Some(recipe.lengths.name().to_owned()),
         ..APatchReport::new(&function)
     };
@@ -169,9 +169,13 @@ fn check_free(mesh: &PolygonMesh, free: &Free) -> Result<(), APatchError> {
 }
 
 /// The source of normals that is asked for, or else that of the file, or else `computed`.
-pub(super) fn source(mesh: &PolygonMesh, recipe: &APatchRecipe, computed: NormalSource) -> NormalSource {
+pub(super) fn source(
+    mesh: &PolygonMesh,
+    asked: Option<NormalSource>,
+    computed: NormalSource,
+) -> NormalSource {
     let default = if mesh.normals.is_some() { NormalSource::File } else { computed };
-    recipe.normals.unwrap_or(default)
+    asked.unwrap_or(default)
 }
 
 /// A repaired mesh that gradients are made for, whatever its faces.
@@ -199,13 +203,7 @@ pub(super) fn gradients(
     default: NormalSource,
 ) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
     let (mesh, positions) = (base.mesh, base.positions);
-    let computed = |rule| (normals::at_corners(mesh, positions, sharp, rule), Vec::new());
-    let (vectors, repairs) = match source(given, recipe, default) {
-        NormalSource::File => of_file(given, base, sharp)?,
-        NormalSource::Loop => computed(NormalRule::LoopLimit),
-        NormalSource::Angle => computed(NormalRule::AngleWeighted),
-        NormalSource::Area => computed(NormalRule::AreaWeighted),
-    };
+    let (vectors, repairs) = normals_from(source(given, recipe.normals, default), given, base, sharp)?;
     let units =
         || vectors.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect::<Vec<_>>();
     let gradients = match recipe.lengths {
@@ -218,6 +216,22 @@ pub(super) fn gradients(
         }
     };
     Ok((gradients, repairs))
+}
+
+/// The normal at every corner, and which normals of the file were changed.
+pub(super) fn normals_from(
+    source: NormalSource,
+    given: &PolygonMesh,
+    base: &Ground<'_>,
+    sharp: &[bool],
+) -> Result<(Vec<Vec3>, Vec<Repair>), APatchError> {
+    let computed = |rule| (normals::at_corners(base.mesh, base.positions, sharp, rule), Vec::new());
+    Ok(match source {
+        NormalSource::File => of_file(given, base, sharp)?,
+        NormalSource::Loop => computed(NormalRule::LoopLimit),
+        NormalSource::Angle => computed(NormalRule::AngleWeighted),
+        NormalSource::Area => computed(NormalRule::AreaWeighted),
+    })
 }
 
 /// The normals of the file, turned to the side where the faces show after repairs. Where there is none, and where several

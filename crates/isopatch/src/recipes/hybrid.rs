@@ -300,7 +300,7 @@ impl Work<'_> {
             }
             repairs.extend(word("surface not certain", &of, &reason.to_string()));
         }
-        let normals = source(self.given, &self.recipe.triangles, NormalSource::Angle);
+        let normals = source(self.given, self.recipe.triangles.normals, NormalSource::Angle);
         let mut figures = APatchReport {
             normals: Some(normals.name().to_owned()),
             gradient_lengths: Some(self.recipe.triangles.lengths.name().to_owned()),

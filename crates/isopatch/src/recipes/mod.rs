@@ -11,8 +11,12 @@
 //!
 //! [`singular`] triangulates an algebraic surface along its singular points and curves (Bajaj & Xu 1997, sections 3 and 4).
 //!
+//! [`algebraic`] is Bajaj & Xu 1997: rational patches over an algebraic surface with singularities; [`rational`] makes them through the
+//! vertices of a mesh.
+//!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
+pub mod algebraic;
 pub mod apatch;
 mod differentiable;
 mod finish;
@@ -21,6 +25,7 @@ mod least;
 pub mod mesh_spline;
 pub mod paper_spline;
 mod patchwork;
+pub mod rational;
 mod refine;
 mod rounds;
 pub mod singular;

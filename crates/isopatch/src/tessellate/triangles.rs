@@ -96,7 +96,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
     }
     let table_degree = match surface.form(PatchId(0)) {
         PatchForm::BezierTriangle { degree, .. } => degree,
-        PatchForm::APatch => 1,
+        PatchForm::RationalTriangle { .. } | PatchForm::APatch => 1,
     };
     let table = BasisTable::new(table_degree, n);
     let parameters = crate::bernstein::triangle::lattice(n);
@@ -105,7 +105,7 @@ fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) 
             let t = table.evaluate(net, at);
             (t.point, t.du.cross(&t.dv).normalize())
         }
-        PatchForm::BezierTriangle { .. } | PatchForm::APatch => {
+        PatchForm::BezierTriangle { .. } | PatchForm::RationalTriangle { .. } | PatchForm::APatch => {
             let [u, v, _] = parameters[at];
             let sample = surface.sample(patch, [u, v]);
             (sample.point, sample.normal)

@@ -63,8 +63,24 @@ pub const MIDDLES: Tag = Tag(*b"HMID");
 pub const ELEMENTS: Tag = Tag(*b"HELM");
 pub const LINES: Tag = Tag(*b"HLIN");
 
+// Sections of rational patches.
+pub const TRIANGLES: Tag = Tag(*b"RTRI");
+pub const POINTS: Tag = Tag(*b"RPOS");
+pub const NORMALS: Tag = Tag(*b"RNRM");
+pub const WIRE_STARTS: Tag = Tag(*b"RWST");
+pub const WIRES: Tag = Tag(*b"RWIR");
+pub const SEAMS: Tag = Tag(*b"RSEA");
+pub const CORRECTIONS: Tag = Tag(*b"RPAT");
+
+/// Bytes of a seam: two triangles and a wire, then two edges, whether it is smooth, and one of padding.
+pub const SEAM: usize = 3 * 4 + 4;
+/// The number of a triangle that is not there.
+pub const NO_FACE: u32 = u32::MAX;
+/// Numbers of a patch: middle point of the cubic, twelve coefficients of corrections, M.
+pub const CORRECTION_NUMBERS: usize = 3 + 36 + 3;
+
 /// Every section that this version knows.
-pub const KNOWN: [Tag; 22] = [
+pub const KNOWN: [Tag; 29] = [
     META,
     FACES,
     VERTICES,
@@ -87,6 +103,13 @@ pub const KNOWN: [Tag; 22] = [
     MIDDLES,
     ELEMENTS,
     LINES,
+    TRIANGLES,
+    POINTS,
+    NORMALS,
+    WIRE_STARTS,
+    WIRES,
+    SEAMS,
+    CORRECTIONS,
 ];
 
 /// Numbers of a face: direction and heights of its rays.

@@ -4,18 +4,22 @@ mod layout;
 mod read;
 mod read_a_patches;
 mod read_hybrid;
+mod read_rational;
 mod write;
 mod write_a_patches;
 mod write_hybrid;
+mod write_rational;
 
 pub use read::{NativeError, read_native};
 pub use write::write_native;
 pub use write_a_patches::write_native_a_patches;
 pub use write_hybrid::write_native_hybrid;
+pub use write_rational::write_native_rational;
 
 use super::{Unit, WriteError};
 use crate::apatch::APatchSurface;
 use crate::hybrid::HybridSurface;
+use crate::rational::RationalSurface;
 use crate::spline::TriangularSpline;
 use crate::surface::Surface;
 use std::io::Write;
@@ -38,6 +42,8 @@ pub enum NativeSurface {
     APatches(Box<APatchSurface>),
     /// Hybrid A-patches over polygons.
     Hybrid(Box<HybridSurface>),
+    /// Rational patches.
+    Rational(Box<RationalSurface>),
 }
 
 impl NativeModel {
@@ -45,15 +51,23 @@ impl NativeModel {
     pub fn spline(&self) -> Option<&TriangularSpline> {
         match &self.surface {
             NativeSurface::Spline(spline) => Some(spline.as_ref()),
-            NativeSurface::APatches(_) | NativeSurface::Hybrid(_) => None,
+            NativeSurface::APatches(_) | NativeSurface::Hybrid(_) | NativeSurface::Rational(_) => None,
         }
     }
 
     /// The surface, if it is one of A-patches.
     pub fn a_patches(&self) -> Option<&APatchSurface> {
         match &self.surface {
-            NativeSurface::Spline(_) | NativeSurface::Hybrid(_) => None,
+            NativeSurface::Spline(_) | NativeSurface::Hybrid(_) | NativeSurface::Rational(_) => None,
             NativeSurface::APatches(surface) => Some(surface.as_ref()),
+        }
+    }
+
+    /// The surface, if it is one of rational patches.
+    pub fn rational(&self) -> Option<&RationalSurface> {
+        match &self.surface {
+            NativeSurface::Spline(_) | NativeSurface::APatches(_) | NativeSurface::Hybrid(_) => None,
+            NativeSurface::Rational(surface) => Some(surface.as_ref()),
         }
     }
 
@@ -63,18 +77,20 @@ impl NativeModel {
             NativeSurface::Spline(spline) => spline.as_ref(),
             NativeSurface::APatches(surface) => surface.as_ref(),
             NativeSurface::Hybrid(surface) => surface.as_ref(),
+            NativeSurface::Rational(surface) => surface.as_ref(),
         }
     }
 
     /// Writes the model so that [`read_native`] gives it back bit for bit.
     ///
     /// # Errors
-    /// See [`write_native`], [`write_native_a_patches`] and [`write_native_hybrid`].
+    /// See [`write_native`], [`write_native_a_patches`], [`write_native_hybrid`] and [`write_native_rational`].
     pub fn write(&self, out: &mut impl Write) -> Result<(), WriteError> {
         match &self.surface {
             NativeSurface::Spline(spline) => write_native(spline, &self.provenance, out),
             NativeSurface::APatches(surface) => write_native_a_patches(surface, &self.provenance, out),
             NativeSurface::Hybrid(surface) => write_native_hybrid(surface, &self.provenance, out),
+            NativeSurface::Rational(surface) => write_native_rational(surface, &self.provenance, out),
         }
     }
 }

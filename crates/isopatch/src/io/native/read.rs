@@ -1,6 +1,7 @@
 use super::layout::*;
 use super::read_a_patches::a_patches;
 use super::read_hybrid::hybrid;
+use super::read_rational::rational;
 use super::{NativeModel, NativeSurface, Provenance};
 use crate::base::{BaseMesh, BoxSides, Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
@@ -8,6 +9,7 @@ use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::hull::HermiteError;
 use crate::io::UnknownUnit;
 use crate::mesh::{HalfEdgeMesh, MeshError};
+use crate::rational::FrameError;
 use crate::spline::TriangularSpline;
 use std::io::Read;
 
@@ -79,6 +81,9 @@ pub enum NativeError {
     /// The mesh has no positions or gradients that can be interpolated.
     #[error(transparent)]
     Data(#[from] HermiteError),
+    /// The triangles, wires and patches do not fit together.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
     /// A code, or the number of an element, that does not exist.
     #[error("entry {index} of section {section} is {code}, which does not exist")]
     Code {
@@ -108,6 +113,10 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
     let provenance = provenance(sections.get(META)?)?;
     if sections.find(POLYGONS).is_some() {
         let surface = NativeSurface::Hybrid(Box::new(hybrid(&sections)?));
+        return Ok(NativeModel { surface, provenance });
+    }
+    if sections.find(TRIANGLES).is_some() {
+        let surface = NativeSurface::Rational(Box::new(rational(&sections)?));
         return Ok(NativeModel { surface, provenance });
     }
     let mesh = mesh(sections.get(FACES)?)?;

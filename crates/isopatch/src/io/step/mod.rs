@@ -2,12 +2,13 @@
 //!
 //! Each Bézier triangle becomes three bi-degree-7 faces, see [`crate::bernstein::quads`]. A seam is two edges, each
 //! an EDGE_CURVE whose control points are the very CARTESIAN_POINTs of the surface borders on both sides, so the
-//! file is watertight bit for bit and needs no curves in parameter space.
+//! file is watertight bit for bit and needs no curves in parameter space. Rational triangles are in [`rational`].
 
 mod bodies;
 mod geometry;
 mod numbering;
 mod product;
+mod rational;
 
 use super::net::{DEGREE, Net, nets};
 use super::{Unit, WriteError, text};
@@ -57,8 +58,11 @@ pub fn write_step(
     if !(options.uncertainty > 0.0 && options.uncertainty.is_finite()) {
         return Err(WriteError::Uncertainty(options.uncertainty));
     }
-    let nets = nets(surface, "STEP")?;
     let bodies = bodies::bodies(surface)?;
+    if rational::is_rational(surface) {
+        return rational::write(surface, &bodies, options, out);
+    }
+    let nets = nets(surface, "STEP")?;
     let ids = Numbering::new(surface)?;
     product::write_header(out, options)?;
     write_corners(surface, &nets, &ids, out)?;
@@ -68,7 +72,12 @@ pub fn write_step(
         geometry::push_patch(text, &ids, PatchId(p as u32), nets[p], facings[p]);
     })?;
     let mut entities = Entities { next: ids.end(), out };
-    write_bodies(&bodies, &ids, options, &mut entities)?;
+    let faces = |patches: &[PatchId]| {
+        let ids: Vec<_> =
+            patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
+        ids.join(",")
+    };
+    write_bodies(&bodies, &faces, options, &mut entities)?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     Ok(())
 }
@@ -128,15 +137,10 @@ fn facings(surface: &dyn Surface, bodies: &[Body]) -> Vec<Facing> {
 
 fn write_bodies<W: Write>(
     bodies: &[Body],
-    ids: &Numbering,
+    faces: &dyn Fn(&[PatchId]) -> String,
     options: &StepOptions,
     entities: &mut Entities<'_, W>,
 ) -> std::io::Result<()> {
-    let faces = |patches: &[PatchId]| {
-        let ids: Vec<_> =
-            patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
-        ids.join(",")
-    };
     let (mut solids, mut sheets) = (Vec::new(), Vec::new());
     for body in bodies {
         match body {

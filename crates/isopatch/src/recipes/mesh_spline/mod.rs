@@ -27,7 +27,7 @@ use crate::network::CurveOptions;
 use crate::report::Seconds;
 use crate::spline::TriangularSpline;
 use pieces::{Attempt, Maker};
-use sharpen::Sharpness;
+pub(super) use sharpen::Sharpness;
 
 /// What the recipe is given besides the mesh. The default is a good choice for smooth meshes.
 #[derive(Clone, Debug)]

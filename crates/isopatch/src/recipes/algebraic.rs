@@ -1,0 +1,216 @@
+//! Rational patches over an algebraic surface with singularities: Bajaj & Xu 1997, whole.
+//!
+//! ```text
+//! formula ──► singular set (§3) ──► conforming mesh (§4) ──► frame: sheets, limit normals ──► wires (§5), patches (§6)
+//! ```
+//!
+//! Each step is a module: [`crate::singular`], [`crate::singular::mesh`], [`crate::rational`]. The surface is G1 on every sheet, goes exactly
+//! through singular points, and its sheets share the wires along singular curves. Wires and the middles of patches are brought
+//! onto the surface.
+
+use crate::base::{self, BaseError, FieldTarget, Repair};
+use crate::field::Formula;
+use crate::geom::{Aabb, Vec3};
+use crate::inspect::{InspectOptions, inspect_rational};
+use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with};
+use crate::report::Seconds;
+use crate::singular::mesh::{
+    LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
+};
+use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set};
+use crate::surface::Target;
+use std::collections::BTreeSet;
+
+/// What the recipe is given besides the formula.
+#[derive(Clone, Debug, Default)]
+pub struct AlgebraicRecipe {
+    /// The box; none for one around the surface, if that is bounded.
+    pub bounds: Option<Aabb>,
+    /// Largest distance from the surface of the patches, relative to the diagonal of the vertices; none for a mesh made with `mesh` as it
+    /// is, and whatever distance comes of it.
+    pub tolerance: Option<f64>,
+    /// Singular points and curves.
+    pub singular: SingularOptions,
+    /// The mesh. With a tolerance, its own is only where the search for a mesh begins.
+    pub mesh: TriangulateOptions,
+}
+
+/// A finished surface.
+#[derive(Clone, Debug)]
+pub struct FittedAlgebraic {
+    /// The surface: patch i over triangle i of the mesh.
+    pub surface: RationalSurface,
+    /// The mesh.
+    pub mesh: SingularMesh,
+    /// What the surface is singular in.
+    pub set: SingularSet,
+    /// Where the surface was looked for.
+    pub bounds: Aabb,
+    /// What was left out or is uncertain, and how the sheets hang together.
+    pub notes: Vec<Repair>,
+    /// Time of each stage.
+    pub seconds: Seconds,
+}
+
+/// Why there is no surface.
+#[derive(Debug, thiserror::Error)]
+pub enum AlgebraicError {
+    /// There is no box, or no surface in it.
+    #[error(transparent)]
+    Base(#[from] BaseError),
+    /// The singular set can't be found.
+    #[error(transparent)]
+    Singular(#[from] SingularError),
+    /// There is no conforming mesh.
+    #[error(transparent)]
+    Mesh(#[from] TriangulateError),
+    /// The mesh can't be interpolated.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The box holds no sheet of the surface.
+    #[error("there is no sheet of the surface in the box")]
+    Empty,
+}
+
+/// Most meshes that are made for a tolerance.
+const MESHES: usize = 6;
+/// Intervals of the lattice on which the distance of patches is measured for it.
+const LATTICE: usize = 8;
+/// Patches are about this share better than the square of the share by which a mesh is; limits of the step.
+const FINER: [f64; 2] = [0.15, 0.7];
+
+/// Rational patches over the surface of a polynomial; `progress` is told the name of each stage as it starts.
+pub fn fit(
+    formula: &Formula,
+    recipe: &AlgebraicRecipe,
+    progress: &dyn Fn(&str),
+) -> Result<FittedAlgebraic, AlgebraicError> {
+    let mut seconds = Seconds::default();
+    progress("box");
+    let bounds = seconds.measure("box", || recipe.bounds.map_or_else(|| base::find_box(formula), Ok))?;
+    progress("singularities");
+    let set = seconds.measure("singularities", || singular_set(formula, &bounds, &recipe.singular))?;
+    let degree = formula.quadratic_polynomial().map_or(0, |p| p.degree());
+    let mut options = recipe.mesh.clone();
+    let mut left = MESHES;
+    loop {
+        progress("mesh");
+        let found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
+        if found.mesh.triangles.is_empty() {
+            return Err(AlgebraicError::Empty);
+        }
+        progress("patches");
+        let target = FieldTarget::new(formula, bounds.diagonal());
+        let built = seconds.measure("patches", || over_singular_mesh(&found.mesh, Some(&target)))?;
+        left -= 1;
+        if let Some(tolerance) = recipe.tolerance.filter(|_| left > 0) {
+            let measure = || {
+                let options = InspectOptions {
+                    lattice: LATTICE,
+                    back_samples: 0,
+                    intersection_lattice: 0,
+                    seam_samples: 2,
+                    ..InspectOptions::default()
+                };
+                let found = inspect_rational(&built.surface, Some(formula), &options);
+                found.common.deviation.map_or(f64::INFINITY, |d| d.max_distance)
+            };
+            let distance = seconds.measure("distance", measure);
+            if distance > tolerance {
+                // The order is about 4 in the length of edges, that of flat triangles 2.
+                options.tolerance *= (tolerance / distance).sqrt().clamp(FINER[0], FINER[1]);
+                continue;
+            }
+        }
+        let notes = notes(&found, &built);
+        let Triangulated { mesh, .. } = found;
+        return Ok(FittedAlgebraic { surface: built.surface, mesh, set, bounds, notes, seconds });
+    }
+}
+
+/// Farthest move of the middle of a patch, in its longest edge.
+const MOST_MOVE: f64 = 0.05;
+
+/// Patches over the sheets of a mesh; with a target, wires and middles are brought onto it. Wires along the sides of the box lie in them.
+///
+/// # Errors
+/// [`FrameError`] for a mesh that does not fit together.
+pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> Result<Built, FrameError> {
+    let is_singular: Vec<bool> = mesh.vertices.iter().map(|kind| kind.is_singular()).collect();
+    let frame = Frame::over_sheets(
+        mesh.positions.clone(),
+        mesh.triangles.clone(),
+        &mesh.normals,
+        &mesh.singular_edges,
+        &is_singular,
+    );
+    let planes = planes(mesh, &frame);
+    let mut built = build_with(&frame, &BuildOptions { planes: &planes, target })?;
+    if let Some(target) = target {
+        built.surface.fit_middles(target, MOST_MOVE);
+    }
+    Ok(built)
+}
+
+/// The sides of the box in which the wires on boundaries lie.
+fn planes(mesh: &SingularMesh, frame: &Frame) -> Vec<Option<Vec3>> {
+    let mut planes = vec![None; frame.wire_count()];
+    let mut uses = vec![0; planes.len()];
+    for seam in &frame.seams {
+        uses[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
+        let [a, b] = frame.ends(seam.first).map(|v| mesh.sides[v as usize]);
+        planes[seam.wire as usize] = a.common(b).iter().next().map(|side| Vec3::ith(side.axis, 1.0));
+    }
+    for (plane, uses) in planes.iter_mut().zip(uses) {
+        *plane = plane.filter(|_| uses == 1);
+    }
+    planes
+}
+
+fn notes(found: &Triangulated, built: &Built) -> Vec<Repair> {
+    let note = |what: String, place: String, why: &str| Repair { what, place, why: why.to_owned() };
+    let mesh = &found.mesh;
+    let mut notes = Vec::new();
+    let sheets = sheets(mesh).len();
+    if !mesh.singular_edges.is_empty() || sheets > 1 {
+        let shared = mesh.singular_edges.len();
+        notes.push(note(
+            format!("sheets: {sheets}"),
+            format!("{shared} shared curves"),
+            "the surface is smooth on each; in STEP each is a shell, and they share points, edges and vertices",
+        ));
+    }
+    for part in &mesh.lower {
+        notes.push(match part {
+            LowerPart::Point(p) => note(
+                "point left out".to_owned(),
+                format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z),
+                "the surface has no sheet there",
+            ),
+            LowerPart::Stick(points) => {
+                let at = points
+                    .first()
+                    .map_or_else(String::new, |p| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z));
+                note("curve left out".to_owned(), format!("from {at}"), "the surface has no sheet there")
+            }
+        });
+    }
+    if let Some(p) = found.doubtful.first() {
+        notes.push(note(
+            format!("mesh not certain: {} places", found.doubtful.len()),
+            format!("first ({:.6}, {:.6}, {:.6})", p.x, p.y, p.z),
+            "what was found there is not as expected",
+        ));
+    }
+    let lost: BTreeSet<u32> =
+        built.lost_normals.iter().map(|(f, c)| mesh.triangles[*f as usize][usize::from(*c)]).collect();
+    if let Some(v) = lost.first() {
+        let p = mesh.positions[*v as usize];
+        notes.push(note(
+            format!("vertices where patches have no tangent plane: {}", lost.len()),
+            format!("first ({:.6}, {:.6}, {:.6})", p.x, p.y, p.z),
+            "the planes of the sheets there have no line in common",
+        ));
+    }
+    notes
+}
