@@ -104,7 +104,8 @@ pub struct FitOptions {
     #[arg(long, value_name = "METHOD", conflicts_with = "base")]
     pub base_method: Option<MeshMethod>,
 
-    /// Make flat triangles that conform to singular points and curves [default: where there are any]
+    /// Make flat triangles that conform to singular points and curves; edge and vertex are the paper's ways to do so, which
+    /// may leave gaps and then say so [default: conforming, where there are singularities]
     #[arg(long, value_name = "HOW")]
     pub triangulate: Option<Triangulation>,
 
@@ -176,6 +177,10 @@ pub struct FitOptions {
 pub enum Triangulation {
     /// Cones at singular points and along curves, bounds elsewhere
     Conforming,
+    /// Expansion over edges from seeds (Bajaj & Xu 1997, Algorithm 1): checked, not certain
+    Edge,
+    /// Expansion around vertices (Algorithm 2): checked, not certain
+    Vertex,
 }
 
 /// How a base mesh is made from a fine one.

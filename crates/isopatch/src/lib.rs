@@ -71,6 +71,14 @@
 //! for STEP. [`inspect::inspect_a_patches`] measures A-patches. [`query`] finds the nearest point, the hits of a ray, and what is
 //! inside, on surfaces of both kinds.
 //!
+//! Meshes of polygons become patches over polygons ([`hybrid`], [`recipes::hybrid`]); [`rational`] has rational patches over any
+//! triangles with normals.
+//!
+//! # Singular surfaces
+//!
+//! [`singular`] finds the singular points and curves of a polynomial surface, and triangulates along them; [`expand`] grows
+//! triangles from seeds. [`recipes::singular`] and [`recipes::algebraic`] are the whole runs.
+//!
 //! [`gallery`] has surfaces with a name. Below all this lie [`geom`] (points, boxes, intervals, jets), [`numeric`]
 //! (quadrature) and [`bernstein`], which owns the order of control points and draws it.
 //!

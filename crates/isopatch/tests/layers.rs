@@ -18,7 +18,7 @@ const BELOW: &[(&str, &[&str])] = &[
     ("mesh", &["bernstein"]),
     ("surface", &["field", "mesh"]),
     ("base", &["surface"]),
-    ("singular", &["base"]),
+    ("singular", &["base", "expand"]),
     ("hull", &["base"]),
     ("apatch", &["hull"]),
     ("hybrid", &["apatch"]),

@@ -1,11 +1,12 @@
 //! `isopatch fit` of a formula with singularities: flat triangles that conform to them.
 
 use super::{finish_with, formula, style};
-use crate::arguments::{FitOptions, Method};
+use crate::arguments::{FitOptions, Method, Triangulation};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::outputs;
 use crate::progress::Progress;
+use isopatch::expand::{Approach, ExpandOptions};
 use isopatch::field::Formula;
 use isopatch::geom::Aabb;
 use isopatch::recipes::singular::{self, FittedSingular, SingularRecipe, fit_with};
@@ -50,8 +51,18 @@ fn recipe(input: &Input, options: &FitOptions) -> SingularRecipe {
     SingularRecipe {
         bounds: options.bounds.or(input.bounds),
         size: formula::size(input, options),
+        expand: expand_options(options),
         ..SingularRecipe::default()
     }
+}
+
+fn expand_options(options: &FitOptions) -> Option<ExpandOptions> {
+    let approach = match options.triangulate? {
+        Triangulation::Conforming => return None,
+        Triangulation::Edge => Approach::Edge,
+        Triangulation::Vertex => Approach::Vertex,
+    };
+    Some(ExpandOptions { approach, ..ExpandOptions::default() })
 }
 
 /// Makes the triangles of `formula`, which was typed as `text`.
@@ -103,7 +114,7 @@ fn describe(text: &str, options: &FitOptions, fitted: &FittedSingular) -> Report
         apatch: None,
         rational: None,
         singular: Some(fitted.singular_report()),
-        repairs: Vec::new(),
+        repairs: fitted.repairs(),
         seconds: Seconds::default(),
         peak_memory_bytes: report::peak_memory_bytes(),
     }

@@ -8,6 +8,7 @@ mod listing;
 mod meshes;
 mod options;
 mod render;
+mod sheets;
 mod singular;
 
 use std::fs;

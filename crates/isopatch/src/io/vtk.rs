@@ -294,7 +294,7 @@ impl Grid<'_> {
                     bytes.extend(self.weights[i].to_le_bytes())
                 })
             };
-            let bytes = self.weights.len() * size_of::<f64>();
+            let bytes = size_of_val(self.weights);
             add(Element::PointData, "Float64", "RationalWeights", 1, bytes, Box::new(write));
         }
         for (element, name, vectors) in

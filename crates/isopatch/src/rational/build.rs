@@ -126,10 +126,13 @@ pub(super) fn edge_uses(frame: &Frame) -> Vec<[EdgeUse; 3]> {
     uses
 }
 
+/// The ends of a wire, and the normals that the triangles along it have there.
+type Gathered = ([u32; 2], [Vec<Vec3>; 2]);
+
 /// The wires, each from all normals that the triangles along it have at its ends.
 fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
     let count = frame.wire_count();
-    let mut normals: Vec<Option<([u32; 2], [Vec<Vec3>; 2])>> = vec![None; count];
+    let mut normals: Vec<Option<Gathered>> = vec![None; count];
     for seam in &frame.seams {
         for side in std::iter::once(seam.first).chain(seam.second) {
             let (ends, of_side) = (frame.ends(side), frame.end_normals(side));
@@ -147,7 +150,7 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
             gathered.iter_mut().filter(|n| !n.is_empty()).for_each(|n| n.push(*plane));
         }
     }
-    let made = |gathered: Option<([u32; 2], [Vec<Vec3>; 2])>| {
+    let made = |gathered: Option<Gathered>| {
         let ([start, end], normals) = gathered.unwrap_or_default();
         let p = [start, end].map(|v| frame.positions.get(v as usize).copied().unwrap_or_default());
         let chord = p[1] - p[0];

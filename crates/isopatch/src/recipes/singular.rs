@@ -7,14 +7,18 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::spline::Size;
-use crate::base::{self, BaseError};
+use crate::base::{self, BaseError, Repair};
+use crate::expand::{Check, ExpandError, ExpandOptions};
 use crate::field::{Field, Formula};
 use crate::geom::{Aabb, Point3, Vec3, angle_between};
 use crate::report::{BaseReport, Certified, Seconds, SingularReport, SurfaceReport};
 use crate::singular::mesh::{
-    EdgeTag, LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
+    EdgeTag, LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets,
+    triangulate, triangulate_by_expansion,
 };
-use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set, without_repeated_factors};
+use crate::singular::{
+    SingularError, SingularOptions, SingularSet, analyse, singular_set, without_repeated_factors,
+};
 use crate::surface::{Continuity, PatchId};
 use crate::tessellate::Tessellation;
 
@@ -29,6 +33,8 @@ pub struct SingularRecipe {
     pub search: SingularOptions,
     /// The mesh; its tolerance and number of triangles follow from `size` unless that is automatic.
     pub mesh: TriangulateOptions,
+    /// Expand the surface by Algorithm 1 or 2 of the paper instead; `size` counts only as a tolerance then, for ε.
+    pub expand: Option<ExpandOptions>,
 }
 
 /// What became of a formula.
@@ -40,6 +46,8 @@ pub struct FittedSingular {
     pub set: SingularSet,
     /// The mesh.
     pub triangulated: Triangulated,
+    /// What the check of an expansion says; none of the conforming triangulation, which needs none.
+    pub check: Option<Check>,
     /// Measured on it.
     pub measured: Measured,
     /// Time of each stage.
@@ -75,6 +83,12 @@ pub enum SingularRecipeError {
     /// No conforming mesh.
     #[error(transparent)]
     Mesh(#[from] TriangulateError),
+    /// No expansion.
+    #[error(transparent)]
+    Expand(#[from] ExpandError),
+    /// Not a polynomial with rational coefficients.
+    #[error("the power series of an expansion need a polynomial with rational coefficients")]
+    NotAPolynomial,
     /// Nothing of dimension 2.
     #[error(
         "no surface in the box, only {points} isolated points and {curves} curves without sheets: isopatch singular lists them"
@@ -128,6 +142,9 @@ pub fn fit_with(
     // Without sign changes there is nothing to triangulate.
     let reduced = without_repeated_factors(formula)?;
     let formula = reduced.as_ref().unwrap_or(formula);
+    if let Some(options) = &recipe.expand {
+        return expanded(formula, bounds, set, recipe, options, seconds, progress);
+    }
     let degree = formula.quadratic_polynomial().map_or(0, |p| p.degree());
     let mut attempts = ATTEMPTS;
     let mut options = match recipe.size {
@@ -159,7 +176,35 @@ pub fn fit_with(
             _ => SingularRecipeError::NoSheets { points, curves },
         });
     }
-    Ok(FittedSingular { bounds, set, triangulated, measured, seconds })
+    Ok(FittedSingular { bounds, set, triangulated, check: None, measured, seconds })
+}
+
+/// The triangles of Algorithm 1 or 2, from a seed on every component.
+fn expanded(
+    formula: &Formula,
+    bounds: Aabb,
+    set: SingularSet,
+    recipe: &SingularRecipe,
+    options: &ExpandOptions,
+    mut seconds: Seconds,
+    progress: &dyn Fn(&str),
+) -> Result<FittedSingular, SingularRecipeError> {
+    let polynomial = formula.polynomial().ok_or(SingularRecipeError::NotAPolynomial)?;
+    progress("seeds");
+    let found = seconds.measure("seeds", || analyse(formula, &bounds, &recipe.search))?;
+    let seeds = found.components.map_or_else(Vec::new, |c| c.seeds);
+    let options = match recipe.size {
+        Size::Tolerance(epsilon) => ExpandOptions { epsilon, ..*options },
+        Size::Automatic | Size::Faces(_) => *options,
+    };
+    progress("triangulation");
+    let (triangulated, check) = seconds.measure("triangulation", || {
+        triangulate_by_expansion(formula, polynomial, &set, &bounds, &seeds, &options)
+    })?;
+    progress("inspection");
+    let measured =
+        seconds.measure("inspection", || measure(formula, &triangulated.mesh, triangulated.gradient_floor));
+    Ok(FittedSingular { bounds, set, triangulated, check: Some(check), measured, seconds })
 }
 
 /// Intervals along the edges of triangles for the points at which they are compared with the surface.
@@ -235,6 +280,27 @@ impl FittedSingular {
             corner_normals,
             patches: (0..mesh.triangles.len() as u32).map(PatchId).collect(),
         }
+    }
+
+    /// What an expansion could not do; empty for the conforming triangulation.
+    pub fn repairs(&self) -> Vec<Repair> {
+        let Some(check) = &self.check else { return Vec::new() };
+        let faults = [
+            (check.gap_edges, "edges at gaps", "the front found no triangle that fits there"),
+            (check.bad_edges, "edges with other than two triangles", "sheets were triangulated twice"),
+            (
+                check.missing_segments,
+                "segments of singular curves without sheets",
+                "the front did not come there",
+            ),
+            (check.folded, "triangles that turn over", "steps were too long for the curvature"),
+        ];
+        let word = |(count, what, why): (usize, &str, &str)| Repair {
+            what: format!("{what}: {count}"),
+            place: "whole mesh".into(),
+            why: format!("{why}; --triangulate conforming has no such faults"),
+        };
+        faults.into_iter().filter(|(count, ..)| *count > 0).map(word).collect()
     }
 
     /// The mesh in numbers.

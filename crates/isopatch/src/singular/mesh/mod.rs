@@ -9,6 +9,7 @@
 mod arcs;
 mod assemble;
 mod decimate;
+mod expanded;
 mod flip;
 mod grid;
 mod mend;
@@ -22,6 +23,7 @@ mod sheets;
 mod singular_mesh;
 mod triangulate;
 
+pub use expanded::triangulate_by_expansion;
 pub use sheets::{Sheet, sheets};
 pub use singular_mesh::{EdgeTag, FeatureEdge, LowerPart, SingularMesh, VertexKind};
 pub use triangulate::{MAX_DEGREE, TriangulateError, TriangulateOptions, Triangulated, triangulate};

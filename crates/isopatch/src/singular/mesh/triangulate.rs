@@ -174,9 +174,9 @@ fn thinned_out(field: &dyn Field, raw: &SingularMesh, limits: Limits) -> Singula
 }
 
 /// Share of the median of |∇f| below which a gradient counts as that long.
-const FLOOR_SHARE: f64 = 1e-3;
+pub(super) const FLOOR_SHARE: f64 = 1e-3;
 
-fn median_gradient(field: &dyn Field, points: &[Point3]) -> f64 {
+pub(super) fn median_gradient(field: &dyn Field, points: &[Point3]) -> f64 {
     let mut sizes: Vec<f64> = points.iter().map(|p| field.gradient(*p).1.norm()).collect();
     let middle = sizes.len() / 2;
     if sizes.is_empty() { 1.0 } else { *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 }
