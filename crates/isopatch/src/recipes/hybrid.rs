@@ -185,6 +185,10 @@ impl Work<'_> {
             let to_cut: Vec<FaceId> =
                 bad.iter().copied().filter(|f| self.base.faces[f.index()].len() > 3).collect();
             if bad.is_empty() {
+                // Cells that overlap at an edge are mended by creases, which are made over triangles.
+                if problems.iter().any(|problem| matches!(problem, Problem::Edge { .. })) {
+                    break;
+                }
                 return Ok(Found::Surface(Box::new(self.finished(surface, &problems, changed, moved))));
             }
             if !std::mem::replace(&mut self.turns, true) {

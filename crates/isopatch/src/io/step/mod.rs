@@ -2,7 +2,7 @@
 //!
 //! Each Bézier triangle becomes three bi-degree-7 faces, see [`crate::bernstein::quads`]. A seam is two edges, each
 //! an EDGE_CURVE whose control points are the very CARTESIAN_POINTs of the surface borders on both sides, so the
-//! file is watertight bit for bit and needs no curves in parameter space. Rational triangles are in [`rational`].
+//! file is watertight bit for bit and needs no curves in parameter space. Rational triangles are in `rational.rs`.
 
 mod bodies;
 mod geometry;

@@ -1,10 +1,10 @@
 //! A triangulation of an algebraic surface that conforms to its singular points and curves.
 //!
-//! The box is divided into the cells of an octree ([`partition`]). All roots of f on the edges of cells are found, then how
-//! the curve f = 0 joins them in the faces ([`plane_curve`]), then each cell is filled ([`assemble`]): by a cone from the
+//! The box is divided into the cells of an octree (`partition.rs`). All roots of f on the edges of cells are found, then how
+//! the curve f = 0 joins them in the faces (`plane_curve.rs`), then each cell is filled (`assemble.rs`): by a cone from the
 //! singular point or from the middle of the arc in it, otherwise by discs. What two cells have in common is computed once, so
 //! the mesh is watertight by construction; bounds or the neighbourhood of a singularity say that it has the right topology.
-//! Then the mesh is thinned out ([`decimate`]).
+//! Then the mesh is thinned out (`decimate.rs`).
 
 mod arcs;
 mod assemble;
