@@ -8,7 +8,7 @@ use crate::outputs::{self, Style};
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
     outputs::check(&arguments.output, None)?;
     let model = read(&arguments.input)?;
-    if model.spline().is_none() {
+    if !outputs::has_nets(&model) {
         outputs::check_a_patches(&arguments.output, arguments.cells)?;
     }
     if model.rational().is_some() {

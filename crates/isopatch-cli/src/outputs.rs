@@ -122,12 +122,16 @@ pub fn check_rational(cells: Option<VtkCells>) -> Result<(), Failure> {
     }
 }
 
+/// Do the patches have control points, which files can hold?
+pub fn has_nets(model: &NativeModel) -> bool {
+    model.spline().is_some() || model.rational().is_some()
+}
+
 /// Does a file hold flat triangles?
 fn is_flat(model: &NativeModel, file: &OutputFile, style: &Style) -> bool {
-    let has_no_nets = model.spline().is_none();
     match file.format {
-        Format::Vtk => style.cells == Some(VtkCells::Linear) || has_no_nets,
-        Format::Gmsh => has_no_nets,
+        Format::Vtk => style.cells == Some(VtkCells::Linear) || !has_nets(model),
+        Format::Gmsh => model.spline().is_none(),
         other => other.is_tessellated(),
     }
 }
@@ -170,9 +174,7 @@ fn resolution(model: &NativeModel, style: &Style) -> Result<APatchResolution, Fa
     let surface = model.as_surface();
     match style.fineness {
         Fineness::Along(along) => Ok(with(along)),
-        Fineness::Standard if model.a_patches().is_none() => {
-            Ok(with(TessellateOptions::default().resolution))
-        }
+        Fineness::Standard if has_nets(model) => Ok(with(TessellateOptions::default().resolution)),
         Fineness::Standard => {
             let coarser = (1..=APatchResolution::default().along).rev().map(with);
             Ok(coarser.into_iter().find(|r| triangles(surface, *r) <= MOST_TRIANGLES).unwrap_or(with(1)))
@@ -192,7 +194,7 @@ pub fn intervals(
     files: &[OutputFile],
     style: &Style,
 ) -> Result<Option<[usize; 2]>, Failure> {
-    if model.spline().is_some() || !files.iter().any(|file| is_flat(model, file, style)) {
+    if has_nets(model) || !files.iter().any(|file| is_flat(model, file, style)) {
         return Ok(None);
     }
     resolution(model, style).map(|r| Some([r.along, r.across]))
