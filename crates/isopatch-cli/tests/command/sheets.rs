@@ -93,9 +93,9 @@ fn a_mesh_becomes_rational_patches() {
     assert_eq!(found["surface"]["kind"], "rational-triangle");
     assert!(found["surface"]["max_normal_jump_rad"].as_f64().unwrap() < 1e-9);
     folder.run(&["inspect", "s.isopatch"]).assert_done();
-    folder.run(&["convert", "s.isopatch", "again.step"]).assert_done();
+    folder.run(&["convert", "s.isopatch", "t.step"]).assert_done();
     assert_eq!(
         fs::read(folder.path("s.step")).unwrap().len(),
-        fs::read(folder.path("again.step")).unwrap().len()
+        fs::read(folder.path("t.step")).unwrap().len()
     );
 }
