@@ -178,7 +178,6 @@ fn the_nodes_of_the_barth_sextic_are_proven() {
 }
 
 #[test]
-#[ignore = "degree 10 takes ten seconds of one core"]
 fn the_barth_decic_has_300_nodes() {
     let text = format!(
         "8(x^2-{T}^4y^2)(y^2-{T}^4z^2)(z^2-{T}^4x^2)(x^4+y^4+z^4-2x^2y^2-2x^2z^2-2y^2z^2)\
