@@ -27,10 +27,11 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
                 "--triangulate makes flat triangles, --method spline a spline".into(),
             ));
         }
-        refuse(&of_splines(options), "for a spline, not for --triangulate")?;
+        refuse(&of_bases(options), "for a spline, not for --triangulate")?;
+        refuse(&[of_recipes(options)], "for patches, not for --triangulate")?;
     }
     if options.method == Some(Method::Rational) {
-        refuse(&of_splines(options), "for splines, not for rational patches")?;
+        refuse(&of_bases(options), "for splines, not for rational patches")?;
         refuse(&[("--faces", options.faces.is_some())], "for splines, not for rational patches")?;
         outputs::check_rational(options.cells)?;
     }
@@ -55,6 +56,7 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
         }
         (Method::Auto | Method::Spline, _) => {
             refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            refuse(&[of_recipes(options)], "for A-patches and rational patches; over a mesh, no paper makes a spline")?;
             refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
         }
     }
@@ -94,12 +96,12 @@ fn of_meshes(options: &FitOptions) -> [Given; 6] {
 }
 
 /// The options that only a spline of a formula takes.
-fn of_splines(options: &FitOptions) -> [Given; 3] {
-    [
-        ("--base", options.base.is_some()),
-        ("--base-method", options.base_method.is_some()),
-        ("--recipe", options.recipe.is_some()),
-    ]
+fn of_bases(options: &FitOptions) -> [Given; 2] {
+    [("--base", options.base.is_some()), ("--base-method", options.base_method.is_some())]
+}
+
+fn of_recipes(options: &FitOptions) -> Given {
+    ("--recipe", options.recipe.is_some())
 }
 
 /// The options that only A-patches take.
@@ -120,7 +122,7 @@ fn only_of_a_patches(options: &FitOptions) -> [Given; 4] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 9] {
+fn of_formulas(options: &FitOptions) -> [Given; 8] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -130,7 +132,6 @@ fn of_formulas(options: &FitOptions) -> [Given; 9] {
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
         ("--triangulate", options.triangulate.is_some()),
-        ("--recipe", options.recipe.is_some()),
     ]
 }
 
