@@ -80,8 +80,6 @@ for model in sys.argv[2:]:
         report[f"{model}.{ending}"] = miss(triangles_of_mesh(folder / f"{model}.{ending}"), triangles)
     flat = triangles if inside is None else inside
     report[f"{model}.vtu"] = miss(points_of_vtu(folder / f"{model}.vtu", inside), flat)
-    # Rational patches are no polynomials, which Gmsh could hold.
-    curved = (folder / f"{model}.polynomial").exists()
-    report[f"{model}.msh"] = miss(points_of_msh(folder / f"{model}.msh", curved), inside if curved else triangles)
+    report[f"{model}.msh"] = miss(points_of_msh(folder / f"{model}.msh", inside is not None), flat)
 gmsh.finalize()
 print(json.dumps(report, indent=1))

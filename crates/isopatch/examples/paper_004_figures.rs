@@ -136,13 +136,18 @@ const TABLE_1: [[usize; 4]; 9] = [
 ];
 
 /// Width and height of the pictures.
-const SIZE: [usize; 2] = [480, 360];
+const SIZE: [usize; 2] = [360, 270];
+/// One colour behind them, which takes fewer bytes than two.
+const BACKGROUND: u32 = 0xf4f6f8;
 /// Intervals along the edges of patches, in pictures of many patches and of few.
 const FINE: usize = 6;
 const FINER: usize = 24;
 /// Pieces of a boundary curve in pictures.
 const PIECES: usize = 24;
+/// Colours of lines, and of a surface behind them.
 const INK: u32 = 0x2c3640;
+const PALE: u32 = 0xeef1f5;
+/// Thickness of the boundary curves, as in [`LineSet`].
 const NETWORK_WIDTH: f64 = 2.4;
 /// Formula and number of faces of Fig. 3.
 const SPHERE: (&str, usize) = ("x^2+y^2+z^2-1", 20);
@@ -248,7 +253,7 @@ impl Made {
             }
         };
         let total = clock.total();
-        let of = |stage: &str| clock.stages().iter().filter(|(name, _)| name == stage).map(|(_, s)| s).sum();
+        let of = |stage: &str| clock.stages().iter().filter(|(name, _)| name == stage).fold(0.0, |sum, (_, s)| sum + s);
         let [a, b, c, d, e, f] = STAGES.map(of);
         let memory = peak_memory_bytes().unwrap_or(0);
         let seconds = [a, b, c, d, e, f, total];
@@ -324,8 +329,9 @@ impl Figures {
 
         let flat = base_mesh(&g1);
         self.draw("fig3_a_base_mesh", &scene(&flat, &Subject::default(), Style::Mesh)?)?;
-        let nothing = Tessellation { triangles: Vec::new(), patches: Vec::new(), ..flat };
-        let mut network = Scene::new(&nothing, Paint::Patches(Vec::new()));
+        let ball = fine(&g1, FINER)?;
+        let pale = Color::srgb(PALE);
+        let mut network = Scene::new(&ball, Paint::Plain { outside: pale, inside: pale });
         network.lines.push(network_of(&g1));
         self.draw("fig3_b_network", &network)?;
         for (name, surface) in [("c_g0", &g0), ("d_g1", &g1)] {
@@ -398,7 +404,8 @@ impl Figures {
     }
 
     fn draw(&self, name: &str, scene: &Scene<'_>) -> Outcome<()> {
-        let image = draw(scene, &RenderOptions { size: SIZE, ..RenderOptions::default() })?;
+        let background = [Color::srgb(BACKGROUND); 2];
+        let image = draw(scene, &RenderOptions { size: SIZE, background, ..RenderOptions::default() })?;
         write_png(&image, &mut BufWriter::new(File::create(self.folder.join(format!("{name}.png")))?))?;
         Ok(())
     }
@@ -412,7 +419,7 @@ fn network_of(surface: &TriangularSpline) -> LineSet {
         (0..PIECES).map(move |i| [curve::point(&q, at(i)), curve::point(&q, at(i + 1))])
     };
     let segments = surface.curves.iter().flat_map(pieces).collect();
-    LineSet { segments, color: Color::srgb(INK), width: NETWORK_WIDTH, hidden: 0.0 }
+    LineSet { segments, color: Color::srgb(INK), width: NETWORK_WIDTH, hidden: 0.2 }
 }
 
 /// The base mesh as flat triangles, each with its own normal.

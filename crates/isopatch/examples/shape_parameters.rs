@@ -8,7 +8,7 @@ use isopatch::field::{Constants, Formula};
 use isopatch::geom::{Point3, Vec3};
 use isopatch::hull::Side;
 use isopatch::hybrid::{HybridSurface, Jet};
-use isopatch::inspect::{InspectOptions, seams};
+use isopatch::inspect::{InspectOptions, Seams, inspect_a_patches, inspect_hybrid, seams};
 use isopatch::io::read::PolygonMesh;
 use isopatch::mesh::{EdgeId, FaceId, VertexId};
 use isopatch::network::{CurveOptions, fit_quartics};
@@ -50,7 +50,8 @@ fn spline() -> Result<(), Box<dyn Error>> {
     ];
     for (what, shape) in shapes {
         let shaped = build_shaped(made.base.clone(), &curves, &target, &options, &shape)?;
-        tell(&format!("spline, {what}"), &plain, &shaped);
+        let found = seams(&shaped, 1.0, InspectOptions::default().seam_samples);
+        tell(&format!("spline, {what}"), &plain, &shaped, &found);
     }
     Ok(())
 }
@@ -61,7 +62,9 @@ fn a_patches() -> Result<(), Box<dyn Error>> {
     let function = surface.function().clone();
     let mut free = function.free().to_vec();
     free[0][Side::Outer.index()] += 2.0;
-    tell("A-patches, free parameter of a face + 2", &surface, &APatchSurface::new(function.with_free(&Free::PerFace(free))));
+    let changed = APatchSurface::new(function.with_free(&Free::PerFace(free)));
+    let found = inspect_a_patches(&changed, &Default::default()).common.seams;
+    tell("A-patches, free parameter of a face + 2", &surface, &changed, &found);
     Ok(())
 }
 
@@ -73,11 +76,13 @@ fn polygons() -> Result<(), Box<dyn Error>> {
     let surface = fitted.surface;
     let function = surface.function().clone();
     let f = FaceId(0);
-    let Jet { value, gradient } =
-        function.hull().faces[f.index()].at_apex[Side::Outer.index()].ok_or("no apex there")?;
+    let face = &function.hull().faces[f.index()];
+    let side = Side::BOTH.into_iter().find(|side| face.jet(*side).is_some()).ok_or("no apex there")?;
+    let Jet { value, gradient } = face.jet(side).ok_or("no apex there")?;
     let higher = Jet { value: 1.5 * value, gradient };
-    let changed = HybridSurface::new(function.with_jets(&[(f, Side::Outer, higher)]));
-    tell("patches over polygons, value at an apex × 1.5", &surface, &changed);
+    let changed = HybridSurface::new(function.with_jets(&[(f, side, higher)]));
+    let found = inspect_hybrid(&changed, &Default::default()).common.seams;
+    tell("patches over polygons, value at an apex × 1.5", &surface, &changed, &found);
     Ok(())
 }
 
@@ -86,7 +91,8 @@ fn rational_patches() -> Result<(), Box<dyn Error>> {
     let surface = rational::fit(&octahedron(), &RationalRecipe::default(), &|_| ())?.surface;
     let mut changed = surface.clone();
     changed.set_middle(PatchId(0), Vec3::repeat(0.05));
-    tell("rational patches, a middle moved by (0.05, 0.05, 0.05)", &surface, &changed);
+    let found = seams(&changed, 1.0, InspectOptions::default().seam_samples);
+    tell("rational patches, a middle moved by (0.05, 0.05, 0.05)", &surface, &changed, &found);
     Ok(())
 }
 
@@ -107,11 +113,10 @@ fn cube() -> PolygonMesh {
 }
 
 /// How far points of the surface moved, and how its seams are.
-fn tell(what: &str, before: &dyn Surface, after: &dyn Surface) {
+fn tell(what: &str, before: &dyn Surface, after: &dyn Surface, found: &Seams) {
     const SAMPLES: [[f64; 2]; 3] = [[1.0 / 3.0; 2], [0.5, 0.25], [0.2, 0.3]];
     let moved = after.patches().flat_map(|p| SAMPLES.map(|uv| (p, uv)));
     let moved = moved.map(|(p, uv)| (after.sample(p, uv).point - before.sample(p, uv).point).norm());
-    let found = seams(after, 1.0, InspectOptions::default().seam_samples);
     println!(
         "{what}: moves by up to {:.4}; gap {:.0e}, normal jump {:.0e} rad",
         moved.fold(0.0, f64::max),

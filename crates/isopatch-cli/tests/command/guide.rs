@@ -45,8 +45,10 @@ fn every_option_has_an_example_in_the_guide() {
         .lines()
         .skip_while(|line| *line != "Commands:")
         .skip(1)
-        .map_while(|line| line.split_whitespace().next())
-        .filter(|name| *name != "help")
+        .take_while(|line| !line.is_empty())
+        // A longer indent goes on with the description above.
+        .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+        .filter(|name| !name.is_empty() && *name != "help")
         .collect();
     assert!(commands.contains(&"fit") && commands.contains(&"gallery"), "{help}");
     let mut missing = Vec::new();

@@ -240,26 +240,6 @@ mod tests {
         assert_eq!((mesh.positions.len(), mesh.triangles.len()), (15, 16));
     }
 
-    /// Two faces of a roof meet in a sharp edge: points once, normals on both sides, those of the faces.
-    #[test]
-    fn sharp_seams_have_a_normal_on_each_side() {
-        let roof = crate::golden::roof();
-        for n in [1, 2, 5] {
-            let mesh = tessellate(&roof, &TessellateOptions { resolution: n }).unwrap();
-            // 4 corners, 5 edges, two interiors.
-            let interior = if n < 3 { 0 } else { (n - 1) * (n - 2) / 2 };
-            assert_eq!(mesh.positions.len(), 4 + 5 * (n - 1) + 2 * interior);
-            assert_eq!(mesh.normals.len(), mesh.positions.len() + n + 1);
-            for t in 0..mesh.triangles.len() {
-                let [a, b, c] = mesh.triangles[t].map(|v| mesh.positions[v as usize]);
-                let flat = (b - a).cross(&(c - a)).normalize();
-                for number in mesh.normal_numbers(t) {
-                    assert!((mesh.normals[number as usize] - flat).norm() < 1e-12, "triangle {t}");
-                }
-            }
-        }
-    }
-
     #[test]
     fn the_resolution_is_checked() {
         for resolution in [0, MAX_RESOLUTION + 1] {
