@@ -29,13 +29,28 @@ const PAPERS: [Paper; 4] = [
         number: "004",
         title: "Tong & Kim 2009: high-order approximation of implicit surfaces",
         figures: &[
-            ("fig3_", "Fig. 3: the unit sphere over 20 triangles. Base mesh, curves, control nets of the G⁰ and of the G¹ surface, their reflection lines (the G⁰ surface shows kinks at the seams), the G¹ surface."),
-            ("fig9_", "Fig. 9: torus on a regular mesh of 400 triangles. Curves, control nets, reflection lines of the paper's recipe and of the default recipe."),
-            ("fig10_", "Fig. 10: torus on an irregular mesh of 600 triangles. The decimated mesh of the paper's recipe has slivers; the default recipe remeshes."),
+            (
+                "fig3_",
+                "Fig. 3: the unit sphere over 20 triangles. Base mesh, curves, control nets of the G⁰ and of the G¹ surface, their reflection lines (the G⁰ surface shows kinks at the seams), the G¹ surface.",
+            ),
+            (
+                "fig9_",
+                "Fig. 9: torus on a regular mesh of 400 triangles. Curves, control nets, reflection lines of the paper's recipe and of the default recipe.",
+            ),
+            (
+                "fig10_",
+                "Fig. 10: torus on an irregular mesh of 600 triangles. The decimated mesh of the paper's recipe has slivers; the default recipe remeshes.",
+            ),
             ("fig11_", "Fig. 11: dodecahedron surface, 1,200 triangles."),
-            ("fig12_", "Fig. 12: double torus, 1,800 triangles, in gold that reflects black and white strips."),
+            (
+                "fig12_",
+                "Fig. 12: double torus, 1,800 triangles, in gold that reflects black and white strips.",
+            ),
             ("fig13_", "Fig. 13: McMullen's surface, 2,000 triangles."),
-            ("fig14_", "Fig. 14: chair, 4,000 triangles. What the paper's recipe breaks stands in the table."),
+            (
+                "fig14_",
+                "Fig. 14: chair, 4,000 triangles. What the paper's recipe breaks stands in the table.",
+            ),
             ("fig15_", "Fig. 15: decocube, 5,000 triangles."),
         ],
         others: "Figs. 1, 2 and 4 to 8 are drawings; PAPERS.md says where the code has them.",
@@ -45,15 +60,27 @@ const PAPERS: [Paper; 4] = [
         number: "000",
         title: "Xu, Huang & Bajaj 2001: C¹ modeling with A-patches",
         figures: &[
-            ("fig2_", "Fig. 2: a family of surfaces, from just above the bound of the free parameter (blue, outside) to a large one (orange, near the mesh)."),
-            ("fig3_", "Fig. 3: 1e-9 above the bound of a nonconvex join, where a second sheet almost touches."),
+            (
+                "fig2_",
+                "Fig. 2: a family of surfaces, from just above the bound of the free parameter (blue, outside) to a large one (orange, near the mesh).",
+            ),
+            (
+                "fig3_",
+                "Fig. 3: 1e-9 above the bound of a nonconvex join, where a second sheet almost touches.",
+            ),
             ("fig6_", "Fig. 6: two convex faces: tetrahedra and patches."),
             ("fig7_", "Fig. 7: a convex and a nonconvex face."),
             ("fig9_", "Fig. 9: two nonconvex faces with an edge patch between them."),
             ("fig10_", "Fig. 10: a plane joins a nonconvex patch smoothly."),
             ("fig12_", "Fig. 12: the icosahedron."),
-            ("fig13_", "Fig. 13: isophotes. The neighbour rule gives the sphere, to rounding; with Step 8 as printed the surface is off by 3e-2."),
-            ("fig14_15_", "Figs. 14, 15: another head: the mesh, patches over faces (blue) and edges (orange), isophotes."),
+            (
+                "fig13_",
+                "Fig. 13: isophotes. The neighbour rule gives the sphere, to rounding; with Step 8 as printed the surface is off by 3e-2.",
+            ),
+            (
+                "fig14_15_",
+                "Figs. 14, 15: another head: the mesh, patches over faces (blue) and edges (orange), isophotes.",
+            ),
             ("fig16_17_", "Figs. 16, 17: another teapot, the same."),
         ],
         others: "Figs. 1, 4, 5, 8 and 11 are drawings; PAPERS.md says where the code has them.",
@@ -160,7 +187,11 @@ fn describe(paper: &Paper, pictures: &[String], table: &str, page: &mut String) 
         let missing = if of_figure.is_empty() { " (Not made in this run.)" } else { "" };
         writeln!(page, "{caption}{missing}\n")?;
         for name in &of_figure {
-            writeln!(page, "<img src=\"{number}/{name}\" width=\"240\" alt=\"{}\">", name.trim_end_matches(".png"))?;
+            writeln!(
+                page,
+                "<img src=\"{number}/{name}\" width=\"240\" alt=\"{}\">",
+                name.trim_end_matches(".png")
+            )?;
         }
         if !of_figure.is_empty() {
             writeln!(page)?;

@@ -116,7 +116,11 @@ impl Figures {
         let bounds = lower_bounds(&near).into_iter().map(|sides| sides.map(|b| b + NEAR)).collect();
         let near = near.with_free(&Free::PerFace(bounds));
         let mesh = tessellate_a_patches(&APatchSurface::new(near.clone()), FINE)?;
-        self.picture("fig3_near_bound", &scene(&mesh, &Subject::default(), Style::Shaded)?, Some(ALONG_EDGE))?;
+        self.picture(
+            "fig3_near_bound",
+            &scene(&mesh, &Subject::default(), Style::Shaded)?,
+            Some(ALONG_EDGE),
+        )?;
         self.numbers("fig3_near_bound", near)
     }
 
@@ -133,7 +137,11 @@ impl Figures {
             self.write(name, &mesh)?;
             self.picture(name, &scene(&mesh, &Subject::default(), Style::Isophotes)?, None)?;
             if rule == FreeRule::Neighbour {
-                self.picture("fig12_icosahedron", &scene(&flat(&surface), &Subject::default(), Style::Mesh)?, None)?;
+                self.picture(
+                    "fig12_icosahedron",
+                    &scene(&flat(&surface), &Subject::default(), Style::Mesh)?,
+                    None,
+                )?;
             }
             self.describe(name, &surface);
             writeln!(self.table, "  largest distance from the unit sphere {worst:.2e}")?;
@@ -157,7 +165,11 @@ impl Figures {
         let grey = Color::srgb(FACES_AND_EDGES[0]);
         edges.paint = Paint::Plain { outside: grey, inside: grey };
         self.picture(&format!("{name}_input"), &edges, None)?;
-        self.picture(&format!("{name}_surface"), &scene(&mesh, &Subject::default(), Style::Isophotes)?, None)?;
+        self.picture(
+            &format!("{name}_surface"),
+            &scene(&mesh, &Subject::default(), Style::Isophotes)?,
+            None,
+        )?;
         let mut apart = mesh.clone();
         apart.patches.iter_mut().for_each(|p| *p = PatchId(u32::from(p.index() >= faces)));
         self.picture(&format!("{name}_patches"), &Scene::new(&apart, shades(&FACES_AND_EDGES)), None)?;

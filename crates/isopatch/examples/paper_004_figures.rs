@@ -136,7 +136,7 @@ const TABLE_1: [[usize; 4]; 9] = [
 ];
 
 /// Width and height of the pictures.
-const SIZE: [usize; 2] = [360, 270];
+const SIZE: [usize; 2] = [320, 240];
 /// One colour behind them, which takes fewer bytes than two.
 const BACKGROUND: u32 = 0xf4f6f8;
 /// Intervals along the edges of patches, in pictures of many patches and of few.
@@ -176,7 +176,10 @@ fn main() -> Outcome<()> {
 /// The degrees of Table 1 with what keeps their systems from being local.
 fn table_1(text: &mut String) -> Outcome<()> {
     writeln!(text, "Table 1: degrees r of λ, s of μ, m of curves, n of patches")?;
-    writeln!(text, " r  s  m  n   rows of an edge, points, free μ; free points   in the way of local systems")?;
+    writeln!(
+        text,
+        " r  s  m  n   rows of an edge, points, free μ; free points   in the way of local systems"
+    )?;
     for [r, s, m, n] in TABLE_1 {
         let degrees = Degrees::new(r, s, m, n)?;
         let obstacles = degrees.obstacles();
@@ -253,7 +256,9 @@ impl Made {
             }
         };
         let total = clock.total();
-        let of = |stage: &str| clock.stages().iter().filter(|(name, _)| name == stage).fold(0.0, |sum, (_, s)| sum + s);
+        let of = |stage: &str| {
+            clock.stages().iter().filter(|(name, _)| name == stage).fold(0.0, |sum, (_, s)| sum + s)
+        };
         let [a, b, c, d, e, f] = STAGES.map(of);
         let memory = peak_memory_bytes().unwrap_or(0);
         let seconds = [a, b, c, d, e, f, total];
@@ -290,8 +295,14 @@ fn over(
 }
 
 fn table_3(made: &[Made], text: &mut String) -> Outcome<()> {
-    writeln!(text, "\nTable 3: seconds and memory; printed numbers (Pentium IV, 3.6 GHz) in the second line of each model")?;
-    writeln!(text, "Fig.  polygon.  decim.  faces  network  iterations  G0       vertices  edges   memory    total")?;
+    writeln!(
+        text,
+        "\nTable 3: seconds and memory; printed numbers (Pentium IV, 3.6 GHz) in the second line of each model"
+    )?;
+    writeln!(
+        text,
+        "Fig.  polygon.  decim.  faces  network  iterations  G0       vertices  edges   memory    total"
+    )?;
     for (model, made) in MODELS.iter().zip(made) {
         let faces = made.surface.patch_count();
         let mut line = |figure: &str, s: &[f64; 7], iterations: f64, kilobytes: u64| {
@@ -305,7 +316,10 @@ fn table_3(made: &[Made], text: &mut String) -> Outcome<()> {
         let printed = &model.printed;
         line("", &printed.seconds, printed.iterations, printed.memory.into())?;
     }
-    writeln!(text, "\nWhat the paper's recipe breaks, beside the default recipe (distances relative to the diagonal)")?;
+    writeln!(
+        text,
+        "\nWhat the paper's recipe breaks, beside the default recipe (distances relative to the diagonal)"
+    )?;
     Ok(())
 }
 
@@ -356,8 +370,12 @@ impl Figures {
 
         let entry = gallery::surface(model.surface).ok_or("no such surface")?;
         let given = model.given.map(given_mesh).transpose()?;
-        let recipe =
-            SplineRecipe { bounds: entry.bounds, size: Size::Faces(entry.faces), given, ..Default::default() };
+        let recipe = SplineRecipe {
+            bounds: entry.bounds,
+            size: Size::Faces(entry.faces),
+            given,
+            ..Default::default()
+        };
         let ours = fit(&made.field, &recipe, &|_| ())?;
         self.style(&format!("{name}_default"), &ours.surface, style, 2 * FINE)?;
         for (recipe, surface) in [("paper", surface), ("default", &ours.surface)] {

@@ -42,7 +42,10 @@ fn vector(rng: &mut Random) -> Vec3 {
 /// Σ c_i B_i(t) of degree c.len() − 1.
 fn bernstein(c: &[f64], t: f64) -> f64 {
     let n = c.len() - 1;
-    c.iter().enumerate().map(|(i, c)| c * binomial(n, i) * t.powi(i as i32) * (1.0 - t).powi((n - i) as i32)).sum()
+    c.iter()
+        .enumerate()
+        .map(|(i, c)| c * binomial(n, i) * t.powi(i as i32) * (1.0 - t).powi((n - i) as i32))
+        .sum()
 }
 
 /// Rows of Table 2: on the left (factor, number of λ, number of the points p and r), on the right (factor, number of μ, number of
@@ -85,7 +88,9 @@ fn the_rows_for_the_papers_degrees_are_those_of_table_2() {
 #[test]
 fn rows_are_the_coefficients_of_the_condition() {
     let mut rng = random();
-    for [r, s, m, n] in [[1, 4, 4, 7], [1, 2, 4, 5], [0, 2, 3, 5], [2, 4, 4, 6], [3, 5, 5, 7], [1, 1, 1, 1], [1, 4, 5, 8]] {
+    for [r, s, m, n] in
+        [[1, 4, 4, 7], [1, 2, 4, 5], [0, 2, 3, 5], [2, 4, 4, 6], [3, 5, 5, 7], [1, 1, 1, 1], [1, 4, 5, 8]]
+    {
         let degrees = Degrees::new(r, s, m, n).unwrap();
         let (lambda, mu) = (numbers(&mut rng, r + 1), numbers(&mut rng, s + 1));
         let (p, l, q) = (numbers(&mut rng, n), numbers(&mut rng, n), numbers(&mut rng, m + 1));
@@ -210,9 +215,8 @@ impl Ring {
                 rng.between(0.2, 0.5) * Vec3::new(a.cos(), a.sin(), 0.0)
             })
             .collect();
-        let weights = (0..n)
-            .map(|i| end_weights(&d[(i + n - 1) % n], &d[i], &d[(i + 1) % n], &Vec3::z()))
-            .collect();
+        let weights =
+            (0..n).map(|i| end_weights(&d[(i + n - 1) % n], &d[i], &d[(i + 1) % n], &Vec3::z())).collect();
         Self { d, weights }
     }
 
@@ -333,7 +337,8 @@ fn appendix_d_rank_of_the_edge_system() {
 fn appendix_d_consistency_by_mu_2() {
     let mut rng = random();
     for difference in [0.3, 1e-3, 1e-9, 0.0] {
-        let q: [Point3; 5] = std::array::from_fn(|i| Vec3::new(i as f64 / 4.0, 0.0, 0.0) + 0.1 * vector(&mut rng));
+        let q: [Point3; 5] =
+            std::array::from_fn(|i| Vec3::new(i as f64 / 4.0, 0.0, 0.0) + 0.1 * vector(&mut rng));
         let lambda = [0.4, 0.4 + difference];
         let mu = [0.4, 0.5, 0.6, 0.55];
         let mut system = EdgeSystem { q, p: [Vec3::zeros(); 7], r: [Vec3::zeros(); 7], lambda, mu, nu: 0.0 };
@@ -347,8 +352,14 @@ fn appendix_d_consistency_by_mu_2() {
             let row = Degrees::PAPER.row(k, &lambda, &all).unwrap();
             let right: Vec3 = row.q.iter().zip(&q).map(|(a, q)| *a * q).sum();
             let p: Vec3 = row.p.iter().zip(&system.p).map(|(a, p)| *a * p).sum();
-            let others: Vec3 =
-                row.r.iter().zip(&system.r).enumerate().filter(|(i, _)| *i != j).map(|(_, (a, r))| *a * r).sum();
+            let others: Vec3 = row
+                .r
+                .iter()
+                .zip(&system.r)
+                .enumerate()
+                .filter(|(i, _)| *i != j)
+                .map(|(_, (a, r))| *a * r)
+                .sum();
             system.r[j] = (right - p - others) / row.r[j];
         };
         for (k, j) in [(0, 0), (1, 1), (7, 6), (6, 5)] {
@@ -386,8 +397,10 @@ fn step(bend: [f64; 2], intervals: usize) -> (Formula, BaseMesh) {
     let field = Formula::parse(&text, &Constants::new()).unwrap();
     let n = intervals as u32;
     let at = |i: u32| f64::from(i) / f64::from(n);
-    let positions: Vec<Point3> =
-        (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| Point3::new(at(i), at(j), height(at(i)))).collect();
+    let positions: Vec<Point3> = (0..=n)
+        .flat_map(|i| (0..=n).map(move |j| (i, j)))
+        .map(|(i, j)| Point3::new(at(i), at(j), height(at(i))))
+        .collect();
     let number = |i: u32, j: u32| i * (n + 1) + j;
     let faces: Vec<[u32; 3]> = (0..n)
         .flat_map(|i| (0..n).map(move |j| (i, j)))
@@ -416,7 +429,9 @@ fn the_situations_of_fig_8_are_found_and_subdivided() {
         // Both ends flat; one flat and the other bent away; both bent away from the other tangent plane.
         for bend in [[0.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [-1.0, 1.0]] {
             match curves(bend, 1, solver) {
-                Err(CurveError::Infeasible { from, to, .. }) => assert!(from / 2 != to / 2, "across the step"),
+                Err(CurveError::Infeasible { from, to, .. }) => {
+                    assert!(from / 2 != to / 2, "across the step")
+                }
                 other => panic!("{bend:?}: {other:?}"),
             }
             assert_eq!(curves(bend, 2, solver), Ok(16), "{bend:?}");

@@ -102,7 +102,11 @@ fn conic_patches_as_printed_are_g1_on_a_sphere() {
 #[test]
 fn cubic_wires_stand_where_there_are_no_conics() {
     let fitted = paper_rational::fit(&torus(), &RationalRecipe::default(), &|_| ()).unwrap();
-    assert!(says(&fitted.repairs, "cubic wires") && says(&fitted.repairs, "cubic patches"), "{:?}", fitted.repairs);
+    assert!(
+        says(&fitted.repairs, "cubic wires") && says(&fitted.repairs, "cubic patches"),
+        "{:?}",
+        fitted.repairs
+    );
     assert!(seams(&fitted.surface, 1.0, 5).max_gap < 1e-14);
 }
 

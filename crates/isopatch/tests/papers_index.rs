@@ -115,7 +115,8 @@ fn between(first: &str, last: &str) -> Vec<String> {
 fn number(text: &str) -> Option<(&str, &str)> {
     let end = text.find(|c: char| !(c.is_ascii_alphanumeric() || c == '.')).unwrap_or(text.len());
     let found = text[..end].trim_end_matches('.');
-    let is_number = found.starts_with(|c: char| c.is_ascii_digit()) || found.len() == 1 || found.starts_with("B.");
+    let is_number =
+        found.starts_with(|c: char| c.is_ascii_digit()) || found.len() == 1 || found.starts_with("B.");
     (is_number && found.starts_with(|c: char| c.is_ascii_digit() || c.is_ascii_uppercase()))
         .then(|| (found, &text[found.len()..]))
 }

@@ -8,7 +8,9 @@ use isopatch::geom::Vec3;
 use isopatch::inspect::{InspectOptions, inspect};
 use isopatch::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use isopatch::network::{CurveOptions, QuarticCurve, fit_quartics};
-use isopatch::spline::{ShapeError, ShapeParameters, SplineError, SplineOptions, TriangularSpline, build, build_shaped};
+use isopatch::spline::{
+    ShapeError, ShapeParameters, SplineError, SplineOptions, TriangularSpline, build, build_shaped,
+};
 
 struct Model {
     field: Formula,
@@ -65,11 +67,14 @@ fn the_spline_stays_g1_with_other_parameters() {
         let shaped = model.shaped(&shape).unwrap();
         assert!(same(&plain, &shaped) < 60, "{shape:?} changes nothing");
         assert_eq!(shaped.curves, plain.curves);
-        let options = InspectOptions { back_samples: 0, intersection_lattice: 0, ..InspectOptions::default() };
+        let options =
+            InspectOptions { back_samples: 0, intersection_lattice: 0, ..InspectOptions::default() };
         let found = inspect(&shaped, &shaped.base, None, &options);
         assert_eq!(found.seams.max_gap, 0.0);
         assert!(found.seams.max_normal_jump < 1e-11, "{shape:?}: {:e}", found.seams.max_normal_jump);
-        assert!(found.interpolation.max_normal_error < 1e-12 && found.interpolation.max_curvature_error < 1e-9);
+        assert!(
+            found.interpolation.max_normal_error < 1e-12 && found.interpolation.max_curvature_error < 1e-9
+        );
     }
 }
 
@@ -95,10 +100,7 @@ fn values_that_can_t_be_had_are_errors() {
     let mu1 = ring.iter().enumerate().map(|(i, h)| (*h, 0.5 + 0.1 * (i % 2) as f64)).collect();
     let shape = ShapeParameters { mu1, ..Default::default() };
     let vertex = model.base.mesh.origin(ring[0]).0;
-    assert_eq!(
-        model.shaped(&shape).err(),
-        Some(ShapeError::Spline(SplineError::SingularVertex { vertex }))
-    );
+    assert_eq!(model.shaped(&shape).err(), Some(ShapeError::Spline(SplineError::SingularVertex { vertex })));
     for shape in [
         ShapeParameters { nu: vec![(EdgeId(0), f64::NAN)], ..Default::default() },
         ShapeParameters { nu: vec![(EdgeId(9999), 0.0)], ..Default::default() },

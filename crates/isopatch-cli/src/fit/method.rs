@@ -56,7 +56,10 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
         }
         (Method::Auto | Method::Spline, _) => {
             refuse(&of_formulas(options), "for formulas, not for a mesh")?;
-            refuse(&[of_recipes(options)], "for A-patches and rational patches; over a mesh, no paper makes a spline")?;
+            refuse(
+                &[of_recipes(options)],
+                "for A-patches and rational patches; over a mesh, no paper makes a spline",
+            )?;
             refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
         }
     }

@@ -65,7 +65,8 @@ fn broken(fitted: &FittedMesh) -> Vec<Repair> {
     let places = |patches: &[crate::surface::PatchId]| -> Vec<Place> {
         patches.iter().map(|patch| Place::Face(patch.0)).collect()
     };
-    let undefined = word("patches that are not defined somewhere", &places(&found.undefined), "a ray has no simple root");
+    let undefined =
+        word("patches that are not defined somewhere", &places(&found.undefined), "a ray has no simple root");
     let folded = word("patches that turn over", &places(&found.folded), "nothing was done against it");
     undefined.into_iter().chain(folded).collect()
 }

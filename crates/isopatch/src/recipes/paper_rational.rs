@@ -25,7 +25,9 @@ use crate::mesh::{EdgeId, Place, creases};
 use crate::network::wire::{self, WireEnd};
 use crate::network::wire_conic::{Conic, ConicNormals};
 use crate::network::wire_cubic::{Cubic, CubicNormals};
-use crate::rational::{Frame, FrameError, RationalParts, RationalPatch, RationalSurface, conic, cubic, is_folded};
+use crate::rational::{
+    Frame, FrameError, RationalParts, RationalPatch, RationalSurface, conic, cubic, is_folded,
+};
 use crate::report::Seconds;
 use crate::surface::Target;
 use rayon::prelude::*;
@@ -182,7 +184,10 @@ pub fn over_frame(
         frame: frame.clone(),
         wire_starts: wires.iter().map(|wire| wire.start).collect(),
         wires: wires.iter().map(inner).collect(),
-        patches: made.into_iter().map(|Made { patch, .. }| (patch.net[MIDDLE], patch.across, patch.middle)).collect(),
+        patches: made
+            .into_iter()
+            .map(|Made { patch, .. }| (patch.net[MIDDLE], patch.across, patch.middle))
+            .collect(),
     })?;
     Ok((surface, outcome))
 }
@@ -366,13 +371,7 @@ impl Edge {
 }
 
 /// Curve and shared normals of an edge, in its direction.
-fn directed(
-    frame: &Frame,
-    wires: &[Wire],
-    uses: [u32; 3],
-    f: u32,
-    k: usize,
-) -> (Curve, [Option<Vec3>; 2]) {
+fn directed(frame: &Frame, wires: &[Wire], uses: [u32; 3], f: u32, k: usize) -> (Curve, [Option<Vec3>; 2]) {
     let Wire { start, normals: [n0, n1], curve } = &wires[uses[k] as usize];
     match frame.faces[f as usize][k] == *start {
         true => (curve.clone(), [*n0, *n1]),

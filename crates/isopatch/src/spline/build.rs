@@ -366,7 +366,8 @@ pub(super) fn solve_vertices(
                 true => Vec::new(),
                 false => ring.darts.iter().map(|dart| wanted_mu1[dart.index()]).collect(),
             };
-            let solution = vertex::solve_with(&system, &mu1).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
+            let solution =
+                vertex::solve_with(&system, &mu1).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
             Ok((ring, solution))
         })
         .collect();

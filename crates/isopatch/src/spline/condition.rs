@@ -26,7 +26,9 @@ pub struct Degrees {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DegreeError {
     /// The sides of (1) have different degrees.
-    #[error("λ of degree {lambda} and patches of degree {patch} do not go with μ of degree {mu} and curves of degree {curve}")]
+    #[error(
+        "λ of degree {lambda} and patches of degree {patch} do not go with μ of degree {mu} and curves of degree {curve}"
+    )]
     Unbalanced {
         /// r.
         lambda: usize,
@@ -156,8 +158,7 @@ impl Degrees {
     /// [`Degrees::edge_points`]. None if λ has not r + 1 coefficients.
     pub fn edge_matrix(self, lambda: &[f64]) -> Option<DMatrix<f64>> {
         let mu = vec![0.0; self.mu + 1];
-        let rows: Vec<Row> =
-            self.edge_rows().map(|k| self.row(k, lambda, &mu)).collect::<Option<_>>()?;
+        let rows: Vec<Row> = self.edge_rows().map(|k| self.row(k, lambda, &mu)).collect::<Option<_>>()?;
         let points = self.edge_points();
         Some(DMatrix::from_fn(rows.len(), 2 * points.len(), |i, j| {
             let side = if j % 2 == 0 { &rows[i].p } else { &rows[i].r };

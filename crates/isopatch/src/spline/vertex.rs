@@ -150,7 +150,11 @@ pub fn solve_with(system: &VertexSystem<'_>, wanted: &[Option<f64>]) -> Option<V
     let finite = twists.iter().all(|t| t.iter().all(|x| x.is_finite()));
     // A singular system that rounding has made regular does not keep the wanted values.
     let kept = mu1.iter().enumerate().all(|(i, mu)| {
-        wanted.get(i).copied().flatten().is_none_or(|wanted| (mu - wanted).abs() <= KEPT * (1.0 + wanted.abs()))
+        wanted
+            .get(i)
+            .copied()
+            .flatten()
+            .is_none_or(|wanted| (mu - wanted).abs() <= KEPT * (1.0 + wanted.abs()))
             || (open && (i == 0 || i == n - 1))
     });
     (finite && kept).then_some(VertexSolution { twists, mu1 })

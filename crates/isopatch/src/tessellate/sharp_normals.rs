@@ -51,11 +51,14 @@ fn corner_numbers(
     normals: &mut Vec<Vec3>,
 ) -> Vec<u32> {
     let mut groups = Groups::new(3 * surface.patch_count());
-    let place = |side: &SeamSide, at_end: bool| 3 * side.patch.index() + (usize::from(side.edge) + usize::from(at_end)) % 3;
+    let place = |side: &SeamSide, at_end: bool| {
+        3 * side.patch.index() + (usize::from(side.edge) + usize::from(at_end)) % 3
+    };
     for seam in surface.seams().iter().filter(|seam| seam.continuity == Continuity::G1) {
         let Some(second) = &seam.second else { continue };
         for end in [false, true] {
-            groups.join(place(&seam.first, end != seam.first.reversed), place(second, end != second.reversed));
+            groups
+                .join(place(&seam.first, end != seam.first.reversed), place(second, end != second.reversed));
         }
     }
     let mut numbers = vec![None; 3 * surface.patch_count()];
