@@ -99,8 +99,12 @@ fn of_meshes(options: &FitOptions) -> [Given; 6] {
 }
 
 /// The options that only a spline of a formula takes.
-fn of_bases(options: &FitOptions) -> [Given; 2] {
-    [("--base", options.base.is_some()), ("--base-method", options.base_method.is_some())]
+fn of_bases(options: &FitOptions) -> [Given; 3] {
+    [
+        ("--effort", options.effort.is_some()),
+        ("--base", options.base.is_some()),
+        ("--base-method", options.base_method.is_some()),
+    ]
 }
 
 fn of_recipes(options: &FitOptions) -> Given {
@@ -125,12 +129,13 @@ fn only_of_a_patches(options: &FitOptions) -> [Given; 4] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 8] {
+fn of_formulas(options: &FitOptions) -> [Given; 9] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
         ("--faces", options.faces.is_some()),
         ("--tol", options.tol.is_some()),
+        ("--effort", options.effort.is_some()),
         ("--set", !options.set.is_empty()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
