@@ -79,7 +79,7 @@ const PAPERS: [Paper; 4] = [
             ),
             (
                 "fig14_15_",
-                "Figs. 14, 15: another head: the mesh, patches over faces (blue) and edges (orange), isophotes.",
+                "Figs. 14, 15: another head: the mesh, patches over faces (blue) and edges (orange), the surface.",
             ),
             ("fig16_17_", "Figs. 16, 17: another teapot, the same."),
         ],

@@ -165,11 +165,8 @@ impl Figures {
         let grey = Color::srgb(FACES_AND_EDGES[0]);
         edges.paint = Paint::Plain { outside: grey, inside: grey };
         self.picture(&format!("{name}_input"), &edges, None)?;
-        self.picture(
-            &format!("{name}_surface"),
-            &scene(&mesh, &Subject::default(), Style::Isophotes)?,
-            None,
-        )?;
+        let smooth = Scene::new(&mesh, edges.paint.clone());
+        self.picture(&format!("{name}_surface"), &smooth, None)?;
         let mut apart = mesh.clone();
         apart.patches.iter_mut().for_each(|p| *p = PatchId(u32::from(p.index() >= faces)));
         self.picture(&format!("{name}_patches"), &Scene::new(&apart, shades(&FACES_AND_EDGES)), None)?;

@@ -349,7 +349,7 @@ impl Figures {
         network.lines.push(network_of(&g1));
         self.draw("fig3_b_network", &network)?;
         for (name, surface) in [("c_g0", &g0), ("d_g1", &g1)] {
-            self.style(&format!("fig3_{name}_net"), surface, Style::Net, FINER)?;
+            self.style(&format!("fig3_{name}_b_net"), surface, Style::Net, FINER)?;
         }
         for (name, surface) in [("e_g0", &g0), ("f_g1", &g1)] {
             self.style(&format!("fig3_{name}_reflection"), surface, Style::Reflection, FINER)?;
@@ -361,12 +361,12 @@ impl Figures {
     fn model(&self, model: &Model, made: &Made, text: &mut String) -> Outcome<()> {
         let name = format!("fig{}_{}", model.figure, model.surface);
         let surface = &made.surface;
-        self.style(&format!("{name}_network"), surface, Style::Mesh, FINE)?;
+        self.style(&format!("{name}_a_network"), surface, Style::Mesh, FINE)?;
         let style = if model.figure < 12 { Style::Reflection } else { Style::Gold };
         if model.figure < 12 {
-            self.style(&format!("{name}_net"), surface, Style::Net, FINE)?;
+            self.style(&format!("{name}_b_net"), surface, Style::Net, FINE)?;
         }
-        self.style(&format!("{name}_paper"), surface, style, 2 * FINE)?;
+        self.style(&format!("{name}_c_paper"), surface, style, 2 * FINE)?;
 
         let entry = gallery::surface(model.surface).ok_or("no such surface")?;
         let given = model.given.map(given_mesh).transpose()?;
@@ -377,7 +377,7 @@ impl Figures {
             ..Default::default()
         };
         let ours = fit(&made.field, &recipe, &|_| ())?;
-        self.style(&format!("{name}_default"), &ours.surface, style, 2 * FINE)?;
+        self.style(&format!("{name}_d_default"), &ours.surface, style, 2 * FINE)?;
         for (recipe, surface) in [("paper", surface), ("default", &ours.surface)] {
             self.describe(model, recipe, surface, made, text)?;
         }

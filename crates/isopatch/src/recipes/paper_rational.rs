@@ -230,9 +230,12 @@ struct Wire {
     curve: Curve,
 }
 
+/// Vertices at the ends of a wire, and the normals that all triangles along it share there.
+type Shared = ([u32; 2], [Option<Vec3>; 2]);
+
 /// Problems 1 to 3 for every wire.
 fn wires(frame: &Frame, target: Option<&dyn Target>) -> Vec<Wire> {
-    let mut found: Vec<Option<([u32; 2], [Option<Vec3>; 2])>> = vec![None; frame.wire_count()];
+    let mut found: Vec<Option<Shared>> = vec![None; frame.wire_count()];
     for seam in &frame.seams {
         for side in std::iter::once(seam.first).chain(seam.second) {
             let (ends, of_side) = (frame.ends(side), frame.end_normals(side));
@@ -244,7 +247,7 @@ fn wires(frame: &Frame, target: Option<&dyn Target>) -> Vec<Wire> {
             }
         }
     }
-    let made = |found: Option<([u32; 2], [Option<Vec3>; 2])>| {
+    let made = |found: Option<Shared>| {
         let (ends, normals) = found.unwrap_or_default();
         let p = ends.map(|v| frame.positions[v as usize]);
         Wire { start: ends[0], normals, curve: curve(p, normals, target) }
