@@ -39,6 +39,11 @@ fn vector(rng: &mut Random) -> Vec3 {
     Vec3::from_fn(|_, _| rng.between(-1.0, 1.0))
 }
 
+/// (−1)^k.
+fn sign(k: usize) -> f64 {
+    if k.is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
 /// Σ c_i B_i(t) of degree c.len() − 1.
 fn bernstein(c: &[f64], t: f64) -> f64 {
     let n = c.len() - 1;
@@ -155,19 +160,18 @@ fn constant_lambda_leaves_a_condition_on_mu() {
         let (lambda, mu) = ([0.4; 2], numbers(&mut rng, s + 1));
         let (mut left, mut right) = (vec![0.0; 2 * degrees.rows()], vec![0.0; m + 1]);
         for k in 0..degrees.rows() {
-            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             let row = degrees.row(k, &lambda, &mu).unwrap();
-            left.iter_mut().zip(row.p.iter().chain(&row.r)).for_each(|(sum, p)| *sum += sign * p);
-            right.iter_mut().zip(&row.q).for_each(|(sum, q)| *sum += sign * q);
+            left.iter_mut().zip(row.p.iter().chain(&row.r)).for_each(|(sum, p)| *sum += sign(k) * p);
+            right.iter_mut().zip(&row.q).for_each(|(sum, q)| *sum += sign(k) * q);
         }
         let alternating = |n: usize, c: &dyn Fn(usize) -> f64| -> f64 {
-            (0..=n).map(|i| if (n - i) % 2 == 0 { c(i) } else { -c(i) } * binomial(n, i)).sum()
+            (0..=n).map(|i| sign(n - i) * c(i) * binomial(n, i)).sum()
         };
         let top_of_mu = alternating(s, &|i| mu[i]);
         for (i, factor) in right.iter().enumerate() {
-            let of_curve = if (m - i) % 2 == 0 { 1.0 } else { -1.0 } * binomial(m, i);
-            let sign = if (degrees.rows() - 1) % 2 == 0 { 1.0 } else { -1.0 };
-            assert!((factor - sign * top_of_mu * of_curve).abs() < 1e-11, "s = {s}, m = {m}: {right:?}");
+            let of_curve = sign(m - i) * binomial(m, i);
+            let last = sign(degrees.rows() - 1);
+            assert!((factor - last * top_of_mu * of_curve).abs() < 1e-11, "s = {s}, m = {m}: {right:?}");
         }
         assert!(left.iter().all(|factor| factor.abs() < 1e-11), "s = {s}, m = {m}: {left:?}");
     }
@@ -267,7 +271,7 @@ fn enclosure(weights: &[EndWeights], right: &DVector<f64>) -> f64 {
     let term = |i: usize| {
         let before: f64 = weights[..i].iter().map(|w| w.lambda).product();
         let after: f64 = weights[i + 1..].iter().map(|w| 1.0 - w.lambda).product();
-        if i % 2 == 0 { before * after * right[i] } else { -before * after * right[i] }
+        sign(i) * before * after * right[i]
     };
     (0..n).map(term).sum()
 }
