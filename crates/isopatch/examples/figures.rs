@@ -4,9 +4,12 @@
 //! writes pictures and a table, and gathers them: one folder of pictures for each paper, and `README.md`. The head and the teapot of
 //! the paper of 2001 need the folder MESHES with `cgal_head.off` and `npm_teapot.off`.
 
+use isopatch::io::png::write_png;
+use isopatch::render::Image;
 use std::error::Error;
 use std::fmt::Write as _;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -90,10 +93,10 @@ const PAPERS: [Paper; 4] = [
         number: "001",
         title: "Xu, Bajaj & Evans: C¹ modeling with hybrid multiple-sided A-patches",
         figures: &[
-            ("fig1", "Fig. 1.1: a mesh of triangles, quadrilaterals and pentagons; its hull; patches."),
-            ("fig6_1", "Fig. 6.1: quadrilaterals alone."),
-            ("fig6_2", "Fig. 6.2: triangles and pentagons."),
-            ("fig6_3", "Fig. 6.3: triangles and quadrilaterals, with the hull."),
+            ("fig1.", "Fig. 1.1: a mesh of triangles, quadrilaterals and pentagons; its hull; patches."),
+            ("fig6.1", "Fig. 6.1: quadrilaterals alone."),
+            ("fig6.2", "Fig. 6.2: triangles and pentagons."),
+            ("fig6.3", "Fig. 6.3: triangles and quadrilaterals, with the hull."),
         ],
         others: "Figs. 2.1 to 4.2 are drawings; PAPERS.md says where the code has them.",
         takes_meshes: false,
@@ -158,6 +161,34 @@ fn make(paper: &Paper, meshes: Option<&Path>) -> Outcome<PathBuf> {
     Ok(out)
 }
 
+/// Wider pictures are shrunk to half of their size: the page shows them smaller still, and the folder stays small.
+const WIDEST: usize = 480;
+
+/// Copies a picture, at half of its size if it is large.
+fn shrunk(from: &Path, to: &Path) -> Outcome<()> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(from)?)).read_info()?;
+    let mut rgb = vec![0; reader.output_buffer_size().ok_or("the picture is too large")?];
+    let info = reader.next_frame(&mut rgb)?;
+    let (width, height) = (info.width as usize, info.height as usize);
+    if width <= WIDEST || info.color_type != png::ColorType::Rgb {
+        fs::copy(from, to)?;
+        return Ok(());
+    }
+    let half = [width / 2, height / 2];
+    let at = |x: usize, y: usize, c: usize| u32::from(rgb[3 * (y * width + x) + c]);
+    let mean = |x: usize, y: usize, c: usize| {
+        (at(2 * x, 2 * y, c)
+            + at(2 * x + 1, 2 * y, c)
+            + at(2 * x, 2 * y + 1, c)
+            + at(2 * x + 1, 2 * y + 1, c))
+            / 4
+    };
+    let pixels = (0..half[1]).flat_map(|y| (0..half[0]).map(move |x| (x, y)));
+    let small = pixels.flat_map(|(x, y)| [0, 1, 2].map(|c| mean(x, y, c) as u8)).collect();
+    let image = Image { width: half[0], height: half[1], rgb: small };
+    Ok(write_png(&image, &mut BufWriter::new(File::create(to)?))?)
+}
+
 /// Moves the pictures into the gallery, and gives their names in order.
 fn gather(made: &Path, into: &Path) -> Outcome<Vec<String>> {
     if into.is_dir() {
@@ -169,7 +200,7 @@ fn gather(made: &Path, into: &Path) -> Outcome<Vec<String>> {
         let path = entry?.path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
         if name.ends_with(".png") {
-            fs::copy(&path, into.join(&name))?;
+            shrunk(&path, &into.join(&name))?;
             names.push(name);
         }
     }
