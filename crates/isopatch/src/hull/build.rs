@@ -18,10 +18,34 @@ pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
         builder.raise((0..builder.data.mesh().edge_count()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
         if rule.corners {
+            refine_around_faults(&mut builder, &rule);
             corner::make_corners(&mut builder, &rule);
         }
     }
     builder.finish()
+}
+
+const CUTS: usize = 3;
+const FRACTION: f64 = 1.0 / 3.0;
+
+fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    for round in 0..CUTS {
+        if std::env::var("DBG").is_ok() {
+            let refined = builder.refinement.vertices.len();
+            eprintln!("round {round}: score {:?}, faces {}, refined {refined}", builder.score, builder.faces.len());
+        }
+        let vertices = repair::at_fault(builder);
+        if std::env::var("DBG").is_ok() {
+            eprintln!("   cut {:?}", vertices);
+        }
+        if vertices.is_empty() || !builder.refine(&vertices, FRACTION) {
+            return;
+        }
+        repair::repair(builder, rule);
+    }
+        if std::env::var("DBG").is_ok() {
+            eprintln!("end: score {:?}, faces {}", builder.score, builder.faces.len());
+        }
 }
 
 /// Takes a finished hull to pieces, lets `change` alter it, and finishes it again.
@@ -38,6 +62,7 @@ pub(super) fn altered<T>(
     builder.added_creases = hull.added_creases;
     builder.effort = hull.reliefs.effort;
     builder.reliefs = hull.reliefs;
+    builder.refinement = hull.refinement;
     let result = change(&mut builder, &rule);
     let mut hull = builder.finish();
     hull.moved_normals.extend(moved);

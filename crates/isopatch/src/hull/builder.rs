@@ -9,6 +9,7 @@ use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
 use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed, placed_at};
 use super::problem::{Problem, Reason};
+use super::refine::{self, Refined, Refinement};
 use super::relief::Reliefs;
 use super::repair;
 use super::shear;
@@ -37,6 +38,7 @@ pub(super) struct Builder<'a> {
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
     pub reliefs: Reliefs,
+    pub refinement: Refinement,
 }
 
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
@@ -92,6 +94,7 @@ impl<'a> Builder<'a> {
             corners: Vec::new(),
             added_creases: Vec::new(),
             reliefs: Reliefs::default(),
+            refinement: Refinement::default(),
         };
         for f in 0..builder.faces.len() {
             builder.check_face(f.into());
@@ -348,6 +351,53 @@ impl<'a> Builder<'a> {
         self.check_edges(&edges);
     }
 
+    /// Cuts off the corners of the faces at some vertices, which changes no shape. What was there before can't be rolled back to.
+    pub fn refine(&mut self, vertices: &[VertexId], fraction: f64) -> bool {
+        let Some(refined) = refine::cut_corners(&self.data, vertices, fraction) else { return false };
+        let Refined { data, face_source, edge_source, vertex_source } = refined;
+        let (old, mesh) = (self.data.mesh(), data.mesh());
+        let mut is_new = vec![false; mesh.face_count()];
+        (old.face_count()..mesh.face_count()).for_each(|f| {
+            is_new[f] = true;
+            is_new[face_source[f].index()] = true;
+        });
+        let faces = mesh.faces().map(|f| match is_new[f.index()] {
+            true => {
+                let frame = frame(&data, f);
+                placed(&frame, default_direction(&frame, self.options), self.options)
+            }
+            false => self.faces[f.index()],
+        });
+        let faces: Vec<HullFace> = faces.collect();
+        // What was given at the corners of old vertices; nothing was at those of new ones.
+        let given = mesh.half_edges().map(|h| {
+            let v = mesh.origin(h);
+            let source = face_source[mesh.face(h).index()];
+            let corner = old.face_half_edges(source).find(|g| old.origin(*g) == v);
+            corner.map_or(data.gradient(h), |g| self.given[g.index()])
+        });
+        let given: Vec<Vec3> = given.collect();
+        let mut added_creases = Vec::new();
+        for crease in &self.added_creases {
+            let parts = mesh.edges().filter(|e| edge_source[e.index()] == Some(crease.edge));
+            added_creases.extend(parts.map(|edge| AddedCrease { edge, ..*crease }));
+        }
+        let mut reliefs = std::mem::take(&mut self.reliefs);
+        reliefs.forget(&|f| is_new[f.index()]);
+        let mut refinement = std::mem::take(&mut self.refinement);
+        refinement.extend(vertices, &face_source, &vertex_source, old.vertex_count());
+        let builder = Self::with_faces(data, faces, given, self.options);
+        *self = Self {
+            corners: std::mem::take(&mut self.corners),
+            added_creases,
+            reliefs,
+            refinement,
+            effort: self.effort,
+            ..builder
+        };
+        true
+    }
+
     /// The direction that a face has before anything is repaired.
     pub fn default_direction(&self, f: FaceId) -> Vec3 {
         default_direction(&self.frame(f), self.options)
@@ -385,6 +435,7 @@ impl<'a> Builder<'a> {
             added_creases: self.added_creases,
             options: *self.options,
             reliefs: self.reliefs,
+            refinement: self.refinement,
             data: self.data,
         }
     }

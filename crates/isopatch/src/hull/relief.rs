@@ -25,6 +25,13 @@ pub(super) struct Reliefs {
 }
 
 impl Reliefs {
+    /// What remains of it after refinement, for which edges have other numbers and some faces are other ones.
+    pub fn forget(&mut self, is_new: &impl Fn(&FaceId) -> bool) {
+        self.edges.clear();
+        self.faces.retain(|f, _| !is_new(f));
+        self.raised.retain(|f, _| !is_new(f));
+    }
+
     /// How much better than valid a face is wanted to be.
     pub fn wish_of_face(&self, f: FaceId) -> f64 {
         self.faces.get(&f).map_or(0.0, |n| *n as f64)

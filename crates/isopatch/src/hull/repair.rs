@@ -115,6 +115,32 @@ pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &Robust
     }
 }
 
+/// Vertices with a visible normal at which something is bad: for each bad face the one whose normal sees it worst, for each bad edge
+/// the end where that is worse.
+pub(super) fn at_fault(builder: &Builder<'_>) -> Vec<VertexId> {
+    let (data, mesh) = (&builder.data, builder.data.mesh());
+    let seen = |v: &VertexId| {
+        let ring: Vec<Vec<HalfEdgeId>> = data.sectors(*v);
+        let of = |sector: &Vec<HalfEdgeId>| most_visible(data, sector).map_or(-1.0, |(_, product)| product);
+        ring.iter().map(of).fold(f64::INFINITY, f64::min)
+    };
+    let mut found = Vec::new();
+    let mut take = |among: &[VertexId]| {
+        let visible = among.iter().copied().map(|v| (v, seen(&v))).filter(|(_, seen)| *seen > 0.0);
+        found.extend(visible.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(v, _)| v));
+    };
+    for f in mesh.faces().filter(|f| builder.fault_of_face(*f).is_some()) {
+        take(&mesh.triangle(f));
+    }
+    for e in builder.bad_edges() {
+        let h = mesh.edge_half_edge(e);
+        take(&[mesh.origin(h), mesh.dest(h)]);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
 /// The bad faces as sets that hang together over edges.
 fn clusters(builder: &Builder<'_>, bad: &[FaceId]) -> Vec<Vec<FaceId>> {
     clusters_of(builder, bad)

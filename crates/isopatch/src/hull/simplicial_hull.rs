@@ -7,6 +7,7 @@ use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::HullOptions;
 use super::problem::{Problem, Reason};
+use super::refine::Refinement;
 use super::relief::Reliefs;
 use super::shear;
 use crate::geom::{Point3, Vec3};
@@ -46,6 +47,7 @@ pub struct Hull {
     pub(super) added_creases: Vec<AddedCrease>,
     pub(super) options: HullOptions,
     pub(super) reliefs: Reliefs,
+    pub(super) refinement: Refinement,
 }
 
 /// A vertex that was given several normals, because no single one would do.
@@ -91,7 +93,8 @@ impl From<HullParts> for Hull {
     fn from(parts: HullParts) -> Self {
         let HullParts { data, faces, edges, problems, moved_normals, corners, added_creases } = parts;
         let (options, reliefs) = (HullOptions::default(), Reliefs::default());
-        Self { data, faces, edges, problems, moved_normals, corners, added_creases, options, reliefs }
+        let refinement = Refinement::default();
+        Self { data, faces, edges, problems, moved_normals, corners, added_creases, options, reliefs, refinement }
     }
 }
 

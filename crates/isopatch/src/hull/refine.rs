@@ -1,0 +1,281 @@
+//! Flat refinement: a mesh of the same shape with more faces around some vertices.
+//!
+//! ```text
+//!           v                      v            The corner of each face at v is cut off, at a part of the length of
+//!          /|\                    /|\           its edges. New vertices are inside straight edges: they see the two faces
+//!         / | \                m_0─m_1─m_2      there from a whole lune of directions. Every vertex that there was sees
+//!        /  |  \      ──►      /  \|\  \        what it saw.
+//!       /   |   \             /    | \  \
+//!     w_0──w_1──w_2          w_0──w_1──w_2
+//! ```
+//!
+//! A hull fails where the normals of neighbouring vertices cannot be had together; after this, what stands between them can be
+//! chosen freely.
+
+use super::hermite::HermiteMesh;
+use super::repair::normal_at;
+use crate::geom::{Point3, Vec3};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
+
+/// A finer mesh of the same shape. The vertices that there were keep their numbers; of the faces, one piece of each does.
+pub(super) struct Refined {
+    pub data: HermiteMesh,
+    /// For each face that in which it lies.
+    pub face_source: Vec<FaceId>,
+    /// For each edge that on which it lies.
+    pub edge_source: Vec<Option<EdgeId>>,
+    /// For each new vertex the edge on which it lies, by its ends, the nearer one first; or a vertex of its face, twice.
+    pub vertex_source: Vec<[VertexId; 2]>,
+}
+
+/// A corner of a piece of a face.
+#[derive(Clone, Copy)]
+struct Point {
+    number: u32,
+    /// The edges of the face on which it lies.
+    on: [Option<usize>; 2],
+    gradient: Vec3,
+}
+
+/// Most of what two faces can be seen under that a normal may lose to being in between those at the ends of its edge.
+const SEEN_SHARE: f64 = 0.7;
+
+struct Cutter<'a> {
+    data: &'a HermiteMesh,
+    is_cut: Vec<bool>,
+    /// Where edges are cut, as a part of their length.
+    fraction: f64,
+    positions: Vec<Point3>,
+    sources: Vec<[VertexId; 2]>,
+    /// Per edge, the vertices near its start and its end.
+    on_edge: Vec<[Option<u32>; 2]>,
+}
+
+/// The mesh with the corners of all faces at some vertices cut off; none where that leaves faces without area.
+pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId], fraction: f64) -> Option<Refined> {
+    let mesh = data.mesh();
+    let mut is_cut = vec![false; mesh.vertex_count()];
+    vertices.iter().for_each(|v| is_cut[v.index()] = true);
+    let mut cutter = Cutter {
+        data,
+        is_cut,
+        fraction,
+        positions: data.positions().to_vec(),
+        sources: Vec::new(),
+        on_edge: vec![[None; 2]; mesh.edge_count()],
+    };
+    mesh.edges().for_each(|e| cutter.cut_edge(e));
+    let mut pieces = Pieces::default();
+    let mut more = Pieces::default();
+    for f in mesh.faces() {
+        let (first, others) = cutter.pieces(f);
+        pieces.push(mesh, f, first);
+        others.into_iter().for_each(|piece| more.push(mesh, f, piece));
+    }
+    pieces.append(more);
+    pieces.into_mesh(cutter)
+}
+
+impl Cutter<'_> {
+    fn cut_edge(&mut self, e: EdgeId) {
+        let mesh = self.data.mesh();
+        let h = mesh.edge_half_edge(e);
+        let ends = [mesh.origin(h), mesh.dest(h)];
+        for (n, [v, w]) in [ends, [ends[1], ends[0]]].into_iter().enumerate() {
+            if self.is_cut[v.index()] {
+                let [p, q] = [v, w].map(|v| self.data.positions()[v.index()]);
+                self.on_edge[e.index()][n] = Some(self.positions.len() as u32);
+                self.positions.push(p + self.fraction * (q - p));
+                self.sources.push([v, w]);
+            }
+        }
+    }
+
+    /// The point on an edge of a face near its start (0) or its end (1), if it was cut there.
+    fn point(&self, h: HalfEdgeId, end: usize) -> Option<Point> {
+        let mesh = self.data.mesh();
+        let (e, k) = (mesh.edge(h), mesh.side(h));
+        let along = if mesh.edge_half_edge(e) == h { end } else { 1 - end };
+        let number = self.on_edge[e.index()][along]?;
+        Some(Point { number, on: [Some(k), None], gradient: self.gradient(h, end) })
+    }
+
+    /// The gradient at a new vertex, on the side of a face: between those at the ends of the edge and perpendicular to it, or, if
+    /// that hardly sees the faces there, the mean of their normals.
+    fn gradient(&self, h: HalfEdgeId, end: usize) -> Vec3 {
+        let mesh = self.data.mesh();
+        // Seen one way, so that the faces on both sides of a smooth edge find the same.
+        let (h, end) = match self.data.joint(mesh.edge(h)) {
+            Some([first, _]) if first != h => (first, 1 - end),
+            _ => (h, end),
+        };
+        let [p, q] = [mesh.origin(h), mesh.dest(h)].map(|v| self.data.positions()[v.index()]);
+        let along = (q - p).normalize();
+        let share = if end == 0 { self.fraction } else { 1.0 - self.fraction };
+        let [n, m] = [h, mesh.next(h)].map(|h| self.data.gradient(h));
+        let length = (1.0 - share) * n.norm() + share * m.norm();
+        let between = (1.0 - share) * n.normalize() + share * m.normalize();
+        let across = between - between.dot(&along) * along;
+        let beside = self.data.joint(mesh.edge(h)).map_or([h, h], |pair| pair);
+        let normals = beside.map(|h| normal_at(self.data, h));
+        let middle = (normals[0] + normals[1]).try_normalize(0.0).unwrap_or(normals[0]);
+        let least = |d: &Vec3| d.dot(&normals[0]).min(d.dot(&normals[1]));
+        let seen = |d: &Vec3| least(d) >= SEEN_SHARE * least(&middle);
+        length * across.try_normalize(0.0).filter(seen).unwrap_or(middle)
+    }
+
+    /// The pieces of a face; the first one is at a corner that is cut off, or the whole face.
+    fn pieces(&mut self, f: FaceId) -> ([Point; 3], Vec<[Point; 3]>) {
+        let mesh = self.data.mesh();
+        let h = [0, 1, 2].map(|k| HalfEdgeId(3 * f.0 + k));
+        let corner = |k: usize| Point {
+            number: mesh.origin(h[k]).0,
+            on: [Some(k), Some((k + 2) % 3)],
+            gradient: self.data.gradient(h[k]),
+        };
+        let (mut corners, mut rest) = (Vec::new(), Vec::new());
+        for k in 0..3 {
+            match (self.point(h[(k + 2) % 3], 1), self.point(h[k], 0)) {
+                (Some(before), Some(behind)) => {
+                    corners.push([corner(k), behind, before]);
+                    rest.extend([before, behind]);
+                }
+                _ => rest.push(corner(k)),
+            }
+        }
+        if corners.is_empty() {
+            return ([0, 1, 2].map(corner), Vec::new());
+        }
+        let first = corners.remove(0);
+        let whole = |k: usize| !self.is_cut[mesh.origin(h[k]).index()];
+        match rest.len() {
+            4 => {
+                let at = |n: usize| self.positions[rest[n].number as usize];
+                // From a corner that is cut off on, so that no diagonal is an edge.
+                if (at(0) - at(2)).norm() <= (at(1) - at(3)).norm() {
+                    corners.extend([[rest[0], rest[1], rest[2]], [rest[0], rest[2], rest[3]]]);
+                } else {
+                    corners.extend([[rest[1], rest[2], rest[3]], [rest[1], rest[3], rest[0]]]);
+                }
+            }
+            5 => {
+                let start = (0..3).find(|k| whole(*k)).map_or(0, |k| 2 * k);
+                let at = |n: usize| rest[(start + n) % 5];
+                corners.extend((1..4).map(|n| [at(0), at(n), at(n + 1)]));
+            }
+            _ => {
+                let center = self.center(f);
+                corners.extend((0..6).map(|n| [center, rest[n], rest[(n + 1) % 6]]));
+            }
+        }
+        (first, corners)
+    }
+
+    /// A vertex in the middle of a face, with its normal.
+    fn center(&mut self, f: FaceId) -> Point {
+        let number = self.positions.len() as u32;
+        let [a, b, c] = self.data.corners(f);
+        self.positions.push(a + ((b - a) + (c - a)) / 3.0);
+        let first = self.data.mesh().triangle(f)[0];
+        self.sources.push([first; 2]);
+        let length = self.data.corner_gradients(f).map(|n| n.norm()).iter().sum::<f64>() / 3.0;
+        let normal = normal_at(self.data, HalfEdgeId(3 * f.0));
+        Point { number, on: [None; 2], gradient: length * normal }
+    }
+}
+
+/// Pieces of faces, as lists.
+#[derive(Default)]
+struct Pieces {
+    faces: Vec<[u32; 3]>,
+    gradients: Vec<Vec3>,
+    sources: Vec<FaceId>,
+    /// Per half edge.
+    edges: Vec<Option<EdgeId>>,
+}
+
+impl Pieces {
+    fn push(&mut self, mesh: &HalfEdgeMesh, f: FaceId, piece: [Point; 3]) {
+        self.faces.push(piece.map(|p| p.number));
+        self.gradients.extend(piece.map(|p| p.gradient));
+        self.sources.push(f);
+        for k in 0..3 {
+            let [a, b] = [piece[k], piece[(k + 1) % 3]];
+            let side = a.on.into_iter().flatten().find(|side| b.on.contains(&Some(*side)));
+            self.edges.push(side.map(|side| mesh.edge(HalfEdgeId(3 * f.0 + side as u32))));
+        }
+    }
+
+    fn append(&mut self, other: Self) {
+        self.faces.extend(other.faces);
+        self.gradients.extend(other.gradients);
+        self.sources.extend(other.sources);
+        self.edges.extend(other.edges);
+    }
+
+    fn into_mesh(self, cutter: Cutter<'_>) -> Option<Refined> {
+        let mesh = HalfEdgeMesh::from_faces(cutter.positions.len(), &self.faces).ok()?;
+        let edge_source: Vec<Option<EdgeId>> =
+            mesh.edges().map(|e| self.edges[mesh.edge_half_edge(e).index()]).collect();
+        let sharp = edge_source.iter().map(|e| e.is_some_and(|e| cutter.data.is_crease(e))).collect();
+        let data = HermiteMesh::with_creases(mesh, cutter.positions, self.gradients, sharp).ok()?;
+        Some(Refined { data, face_source: self.sources, edge_source, vertex_source: cutter.sources })
+    }
+}
+
+/// What flat refinement did to a mesh, all times together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Refinement {
+    /// Vertices at which corners of faces were cut off, in order.
+    pub vertices: Vec<VertexId>,
+    /// For each face that of the given mesh in which it lies; empty if nothing was refined.
+    pub faces: Vec<FaceId>,
+    /// For each new vertex, two vertices of the given mesh: the ends of its edge, or one vertex of its face twice.
+    pub new_vertices: Vec<[VertexId; 2]>,
+    /// Number of vertices in the given mesh.
+    pub given_vertices: usize,
+}
+
+impl Refinement {
+    pub fn extend(
+        &mut self,
+        vertices: &[VertexId],
+        face_source: &[FaceId],
+        vertex_source: &[[VertexId; 2]],
+        count: usize,
+    ) {
+        if self.faces.is_empty() {
+            self.given_vertices = count;
+        }
+        self.vertices.extend(vertices.iter().filter(|v| v.index() < self.given_vertices));
+        self.vertices.sort_unstable();
+        self.vertices.dedup();
+        let faces = face_source.iter().map(|f| self.face(*f)).collect();
+        let sources: Vec<[VertexId; 2]> = vertex_source.iter().map(|s| self.edge_of(*s)).collect();
+        self.faces = faces;
+        self.new_vertices.extend(sources);
+    }
+
+    /// The face of the given mesh in which a face lies.
+    pub fn face(&self, f: FaceId) -> FaceId {
+        self.faces.get(f.index()).copied().unwrap_or(f)
+    }
+
+    /// The vertices of the given mesh between which a vertex is; those that are there are themselves.
+    pub fn vertex(&self, v: VertexId) -> [VertexId; 2] {
+        let new = v.index().checked_sub(self.given_vertices).and_then(|n| self.new_vertices.get(n));
+        new.copied().unwrap_or([v; 2])
+    }
+
+    /// The same for what is between two vertices, if it is on an edge of the given mesh; the first one of them, if not.
+    pub fn edge_of(&self, [v, w]: [VertexId; 2]) -> [VertexId; 2] {
+        let [[a, b], [c, d]] = [v, w].map(|v| self.vertex(v));
+        let mut ends = vec![a, b, c, d];
+        ends.sort_unstable();
+        ends.dedup();
+        match ends[..] {
+            [first, second] => [first, second],
+            _ => [a, a],
+        }
+    }
+}
