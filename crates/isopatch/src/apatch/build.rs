@@ -45,12 +45,16 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
         if folded.is_empty() {
             break;
         }
+        let faces = function.faces.len();
         let (hull, changed) = function.hull.relieved(&folded.faces, &folded.edges);
         function = assemble(hull, options);
         if changed.is_empty() {
             break;
         }
-        among = Patches::around(&function, &changed).with(folded);
+        among = match function.faces.len() == faces {
+            true => Patches::around(&function, &changed).with(folded),
+            false => Patches::all(&function),
+        };
     }
     function.with_free(&options.free)
 }

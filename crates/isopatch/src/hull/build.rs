@@ -4,6 +4,7 @@ use super::builder::{Builder, gradients};
 use super::corner;
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
+use super::refine;
 use super::repair;
 use super::simplicial_hull::Hull;
 use crate::mesh::{EdgeId, VertexId};
@@ -18,34 +19,11 @@ pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
         builder.raise((0..builder.data.mesh().edge_count()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
         if rule.corners {
-            refine_around_faults(&mut builder, &rule);
+            refine::refine_around_faults(&mut builder, &rule);
             corner::make_corners(&mut builder, &rule);
         }
     }
     builder.finish()
-}
-
-const CUTS: usize = 3;
-const FRACTION: f64 = 1.0 / 3.0;
-
-fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexes) {
-    for round in 0..CUTS {
-        if std::env::var("DBG").is_ok() {
-            let refined = builder.refinement.vertices.len();
-            eprintln!("round {round}: score {:?}, faces {}, refined {refined}", builder.score, builder.faces.len());
-        }
-        let vertices = repair::at_fault(builder);
-        if std::env::var("DBG").is_ok() {
-            eprintln!("   cut {:?}", vertices);
-        }
-        if vertices.is_empty() || !builder.refine(&vertices, FRACTION) {
-            return;
-        }
-        repair::repair(builder, rule);
-    }
-        if std::env::var("DBG").is_ok() {
-            eprintln!("end: score {:?}, faces {}", builder.score, builder.faces.len());
-        }
 }
 
 /// Takes a finished hull to pieces, lets `change` alter it, and finishes it again.

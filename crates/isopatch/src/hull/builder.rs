@@ -13,6 +13,7 @@ use super::refine::{self, Refined, Refinement};
 use super::relief::Reliefs;
 use super::repair;
 use super::shear;
+use super::visibility::most_visible_direction;
 use super::simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, frame};
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -44,6 +45,13 @@ pub(super) struct Builder<'a> {
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
 const EFFORT: usize = 16_000_000;
 const EFFORT_PER_FACE: usize = 20;
+
+/// Height of apexes on parallel lines, as a multiple of the largest of the lowest ones.
+const ALIGNED: f64 = 1.5;
+
+/// The part of the best product from which on a normal perpendicular to its edge is good enough.
+const STRAIGHT_SHARE: f64 = 0.3;
+const RAISES_OF_ALIGNED: usize = 24;
 
 /// What was there before a change.
 enum Change {
@@ -352,8 +360,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Cuts off the corners of the faces at some vertices, which changes no shape. What was there before can't be rolled back to.
-    pub fn refine(&mut self, vertices: &[VertexId], fraction: f64) -> bool {
-        let Some(refined) = refine::cut_corners(&self.data, vertices, fraction) else { return false };
+    pub fn refine(&mut self, vertices: &[VertexId]) -> bool {
+        let Some(refined) = refine::cut_corners(&self.data, vertices) else { return false };
         let Refined { data, face_source, edge_source, vertex_source } = refined;
         let (old, mesh) = (self.data.mesh(), data.mesh());
         let mut is_new = vec![false; mesh.face_count()];
@@ -395,7 +403,94 @@ impl<'a> Builder<'a> {
             effort: self.effort,
             ..builder
         };
+        vertices.iter().for_each(|v| self.align(*v));
         true
+    }
+
+    /// Puts the apexes of the faces around a vertex on parallel lines, equally far, so that none is in another's cell, and turns the
+    /// normals at the other ends of its edges so that layer 1 of these faces is positive.
+    fn align(&mut self, v: VertexId) {
+        for sector in self.data.sectors(v) {
+            let faces: Vec<FaceId> = sector.iter().map(|h| self.data.mesh().face(*h)).collect();
+            let Some(direction) = sector.first().map(|h| self.data.gradient(*h).normalize()) else { continue };
+            if faces.iter().any(|f| self.frame(*f).normal.dot(&direction) <= 0.0) {
+                continue;
+            }
+            let mesh = self.data.mesh();
+            let mut ends: Vec<HalfEdgeId> = sector.iter().flat_map(|h| [mesh.next(*h), mesh.prev(*h)]).collect();
+            let mut turned: Vec<(HalfEdgeId, Vec3)> = Vec::new();
+            ends.sort_unstable();
+            while let Some(first) = ends.first().copied() {
+                let end = mesh.origin(first);
+                let sectors = self.data.sectors(end);
+                let Some(around) = sectors.into_iter().find(|sector| sector.contains(&first)) else { break };
+                let here: Vec<HalfEdgeId> = ends.iter().copied().filter(|h| around.contains(h)).collect();
+                ends.retain(|h| !here.contains(h));
+                if let Some(gradient) = self.aligned_gradient(v, &here, &direction) {
+                    turned.extend(around.into_iter().map(|h| (h, gradient)));
+                }
+            }
+            let mut touched: Vec<FaceId> = turned.iter().map(|(h, _)| mesh.face(*h)).collect();
+            touched.sort_unstable();
+            touched.dedup();
+            turned.iter().for_each(|(h, gradient)| self.turn(*h, *gradient));
+            for f in &touched {
+                let face = placed(&self.frame(*f), self.default_direction(*f), self.options);
+                self.set_face(*f, face);
+            }
+            let mut placed: Vec<HullFace> =
+                faces.iter().map(|f| placed(&self.frame(*f), direction, self.options)).collect();
+            for side in Side::BOTH {
+                let s = side.index();
+                let highest = placed.iter().map(|face| face.heights[s]).fold(0.0, f64::max);
+                placed.iter_mut().for_each(|face| face.heights[s] = ALIGNED * highest);
+            }
+            faces.iter().zip(placed).for_each(|(f, face)| self.set_face(*f, face));
+            let edges = self.edges_around(touched.into_iter());
+            self.check_edges(&edges);
+            let spokes: Vec<EdgeId> = sector.iter().map(|h| self.data.mesh().edge(*h)).collect();
+            for _ in 0..RAISES_OF_ALIGNED {
+                if !spokes.iter().any(|e| self.is_bad_edge(*e)) {
+                    break;
+                }
+                faces.iter().for_each(|f| self.raise_face(*f, ALIGNED));
+                let edges = self.edges_around(faces.iter().copied());
+                self.check_edges(&edges);
+            }
+        }
+    }
+
+    /// A gradient for the end of an edge from v, where the corners of faces at v are, with which the coefficients of layer 1 over the
+    /// edges of these faces are positive if all apexes are far away in `direction`.
+    ///
+    /// Over an edge along the unit vector e, between gradients n and m, that is (n + m)·r > 0 with r = d − 3 (d·e) e; a long m
+    /// does that if m·r > 0.
+    fn aligned_gradient(&self, v: VertexId, corners: &[HalfEdgeId], direction: &Vec3) -> Option<Vec3> {
+        let mesh = self.data.mesh();
+        let at = |v: VertexId| self.data.positions()[v.index()];
+        let first = *corners.first()?;
+        let end = mesh.origin(first);
+        let towards = |w: VertexId| {
+            let along = (at(w) - at(end)).normalize();
+            (direction - 3.0 * direction.dot(&along) * along).normalize()
+        };
+        let mut seen = vec![*direction, towards(v)];
+        for h in corners {
+            let third = mesh.triangle(mesh.face(*h)).into_iter().find(|w| *w != v && *w != end)?;
+            seen.extend([towards(third), repair::normal_at(&self.data, *h)]);
+        }
+        let (best, product) = most_visible_direction(&seen)?;
+        if product <= 0.0 {
+            return None;
+        }
+        // Perpendicular to the edge if that will do: then what comes behind it can be straight.
+        let along = (at(end) - at(v)).normalize();
+        let across = (direction - direction.dot(&along) * along).normalize();
+        let least = seen.iter().map(|s| s.dot(&across)).fold(f64::INFINITY, f64::min);
+        let normal = if least >= STRAIGHT_SHARE * product { across } else { best };
+        let length = self.data.gradient(first).norm();
+        let least = 2.0 / normal.dot(&towards(v));
+        Some(length * least.max(1.0) * normal)
     }
 
     /// The direction that a face has before anything is repaired.

@@ -12,10 +12,14 @@
 //! A hull fails where the normals of neighbouring vertices cannot be had together; after this, what stands between them can be
 //! chosen freely.
 
+use super::builder::Builder;
+use super::corner;
 use super::hermite::HermiteMesh;
-use super::repair::normal_at;
+use super::options::RobustApexes;
+use super::repair::{self, normal_at};
 use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
+use std::collections::BTreeMap;
 
 /// A finer mesh of the same shape. The vertices that there were keep their numbers; of the faces, one piece of each does.
 pub(super) struct Refined {
@@ -37,14 +41,21 @@ struct Point {
     gradient: Vec3,
 }
 
-/// Most of what two faces can be seen under that a normal may lose to being in between those at the ends of its edge.
-const SEEN_SHARE: f64 = 0.7;
+/// Where edges are cut, as parts of their lengths.
+const FARTHEST: f64 = 1.0 / 3.0;
+const NEAREST: f64 = 0.02;
+
+/// Sine of the angle between an edge and the tangent plane from which on it is steep.
+const STEEP: f64 = 0.5;
+
+/// Cosine of that angle from which on the normal at the other end of the edge says nothing.
+const LEAST_FLATNESS: f64 = 1e-6;
 
 struct Cutter<'a> {
     data: &'a HermiteMesh,
     is_cut: Vec<bool>,
-    /// Where edges are cut, as a part of their length.
-    fraction: f64,
+    /// Where edges are cut at their start and their end, as a part of their length.
+    fractions: Vec<[f64; 2]>,
     positions: Vec<Point3>,
     sources: Vec<[VertexId; 2]>,
     /// Per edge, the vertices near its start and its end.
@@ -52,18 +63,19 @@ struct Cutter<'a> {
 }
 
 /// The mesh with the corners of all faces at some vertices cut off; none where that leaves faces without area.
-pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId], fraction: f64) -> Option<Refined> {
+pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId]) -> Option<Refined> {
     let mesh = data.mesh();
     let mut is_cut = vec![false; mesh.vertex_count()];
     vertices.iter().for_each(|v| is_cut[v.index()] = true);
     let mut cutter = Cutter {
         data,
         is_cut,
-        fraction,
+        fractions: vec![[FARTHEST; 2]; mesh.edge_count()],
         positions: data.positions().to_vec(),
         sources: Vec::new(),
         on_edge: vec![[None; 2]; mesh.edge_count()],
     };
+    vertices.iter().for_each(|v| cutter.level(*v));
     mesh.edges().for_each(|e| cutter.cut_edge(e));
     let mut pieces = Pieces::default();
     let mut more = Pieces::default();
@@ -77,6 +89,27 @@ pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId], fraction: f
 }
 
 impl Cutter<'_> {
+    /// Cuts the edges at a vertex where they are equally high above or deep below its tangent plane, as far as can be.
+    fn level(&mut self, v: VertexId) {
+        let mesh = self.data.mesh();
+        let p = self.data.positions()[v.index()];
+        let edges = mesh.ring(v).flat_map(|h| [h, mesh.prev(h)]).map(|h| {
+            let (e, starts) = (mesh.edge(h), mesh.origin(h) == v);
+            let (w, corner) = if starts { (mesh.dest(h), h) } else { (mesh.origin(h), mesh.next(h)) };
+            let at = usize::from((mesh.edge_half_edge(e) == h) != starts);
+            let edge = self.data.positions()[w.index()] - p;
+            let rise = edge.dot(&self.data.gradient(corner).normalize()).abs();
+            (e, at, rise, rise > STEEP * edge.norm())
+        });
+        let edges: Vec<_> = edges.collect();
+        let steep = edges.iter().filter(|edge| edge.3).map(|edge| edge.2);
+        let level = FARTHEST * steep.fold(f64::INFINITY, f64::min);
+        for (e, at, rise, steep) in edges {
+            let fraction = if steep { (level / rise).clamp(NEAREST, FARTHEST) } else { FARTHEST };
+            self.fractions[e.index()][at] = fraction;
+        }
+    }
+
     fn cut_edge(&mut self, e: EdgeId) {
         let mesh = self.data.mesh();
         let h = mesh.edge_half_edge(e);
@@ -85,7 +118,7 @@ impl Cutter<'_> {
             if self.is_cut[v.index()] {
                 let [p, q] = [v, w].map(|v| self.data.positions()[v.index()]);
                 self.on_edge[e.index()][n] = Some(self.positions.len() as u32);
-                self.positions.push(p + self.fraction * (q - p));
+                self.positions.push(p + self.fractions[e.index()][n] * (q - p));
                 self.sources.push([v, w]);
             }
         }
@@ -109,19 +142,24 @@ impl Cutter<'_> {
             Some([first, _]) if first != h => (first, 1 - end),
             _ => (h, end),
         };
-        let [p, q] = [mesh.origin(h), mesh.dest(h)].map(|v| self.data.positions()[v.index()]);
+        let (corner, [v, w]) = match end {
+            0 => (h, [mesh.origin(h), mesh.dest(h)]),
+            _ => (mesh.next(h), [mesh.dest(h), mesh.origin(h)]),
+        };
+        let [p, q] = [v, w].map(|v| self.data.positions()[v.index()]);
         let along = (q - p).normalize();
-        let share = if end == 0 { self.fraction } else { 1.0 - self.fraction };
-        let [n, m] = [h, mesh.next(h)].map(|h| self.data.gradient(h));
-        let length = (1.0 - share) * n.norm() + share * m.norm();
-        let between = (1.0 - share) * n.normalize() + share * m.normalize();
-        let across = between - between.dot(&along) * along;
+        let gradient = self.data.gradient(corner);
+        let (length, normal) = (gradient.norm(), gradient.normalize());
+        let slope = normal.dot(&along);
+        let across = normal - slope * along;
+        let flatness = across.norm();
         let beside = self.data.joint(mesh.edge(h)).map_or([h, h], |pair| pair);
         let normals = beside.map(|h| normal_at(self.data, h));
         let middle = (normals[0] + normals[1]).try_normalize(0.0).unwrap_or(normals[0]);
-        let least = |d: &Vec3| d.dot(&normals[0]).min(d.dot(&normals[1]));
-        let seen = |d: &Vec3| least(d) >= SEEN_SHARE * least(&middle);
-        length * across.try_normalize(0.0).filter(seen).unwrap_or(middle)
+        if flatness < LEAST_FLATNESS || !normals.iter().all(|n| n.dot(&across) > 0.0) {
+            return length * middle;
+        }
+        length / flatness * across
     }
 
     /// The pieces of a face; the first one is at a corner that is cut off, or the whole face.
@@ -223,6 +261,58 @@ impl Pieces {
     }
 }
 
+/// Rounds of refinement in a row.
+const ROUNDS: usize = 8;
+
+/// Most times that corners are cut off at one vertex.
+const MOST_CUTS: usize = 4;
+
+/// Refines around vertices at fault, and repairs what is left, until nothing is or that does not help.
+pub(super) fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    let dbg = std::env::var("DBG").map_or(0, |s| s.parse().unwrap_or(0));
+    for round in 0..ROUNDS {
+        let vertices = repair::at_fault(builder);
+        if dbg > 0 {
+            let refined = builder.refinement.vertices.len();
+            eprintln!("round {round}: score {:?}, faces {}, refined {refined}, effort {}", builder.score, builder.faces.len(), builder.effort);
+            let vs: Vec<_> = vertices.iter().map(|v| (v.0, repair::best_visibility(&builder.data, *v))).collect();
+            eprintln!("   cut {vs:?}");
+        }
+        if !refine_at(builder, vertices, rule) {
+            break;
+        }
+        if dbg > 0 {
+            eprintln!("   after: {:?}", builder.score);
+        }
+        if dbg > 1 {
+            for f in builder.data.mesh().faces() { if let Some(r) = builder.fault_of_face(f) { eprintln!("     {f:?} {r:?} {:?} facing {:?} heights {:?}", builder.data.mesh().triangle(f).map(|v| v.0), builder.frame(f).n.map(|n| n.normalize().dot(&builder.frame(f).normal)), builder.faces[f.index()].heights ); } }
+            for e in builder.bad_edges() { let h = builder.data.mesh().edge_half_edge(e); eprintln!("     {:?}-{:?} {:?} opp {:?}", builder.data.mesh().origin(h).0, builder.data.mesh().dest(h).0, builder.fault_of_edge(e), builder.data.pair(e).map(|p| p.map(|h| builder.data.mesh().origin(builder.data.mesh().prev(h)).0))); }
+        }
+        repair::repair(builder, rule);
+    }
+    if dbg > 0 {
+        eprintln!("end: score {:?}, faces {} effort {}", builder.score, builder.faces.len(), builder.effort);
+    }
+}
+
+/// Refines around these vertices, where that has not been done too often; those that nothing sees become corners.
+pub(super) fn refine_at(builder: &mut Builder<'_>, mut vertices: Vec<VertexId>, rule: &RobustApexes) -> bool {
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices.retain(|v| builder.refinement.cuts.get(v).is_none_or(|n| *n < MOST_CUTS));
+    repair::show_hidden_normals(builder, &vertices);
+    if vertices.is_empty() || !builder.refine(&vertices) {
+        return false;
+    }
+    for v in vertices {
+        *builder.refinement.cuts.entry(v).or_insert(0) += 1;
+        if repair::best_visibility(&builder.data, v) <= 0.0 {
+            corner::cut_hidden(builder, v, rule);
+        }
+    }
+    true
+}
+
 /// What flat refinement did to a mesh, all times together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Refinement {
@@ -232,6 +322,8 @@ pub(super) struct Refinement {
     pub faces: Vec<FaceId>,
     /// For each new vertex, two vertices of the given mesh: the ends of its edge, or one vertex of its face twice.
     pub new_vertices: Vec<[VertexId; 2]>,
+    /// How often corners were cut off at a vertex.
+    pub cuts: BTreeMap<VertexId, usize>,
     /// Number of vertices in the given mesh.
     pub given_vertices: usize,
 }

@@ -6,7 +6,7 @@ use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
 use super::simplicial_hull::{AddedCrease, Hull};
-use super::{relax, repair};
+use super::{refine, relax, repair};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 
@@ -57,7 +57,11 @@ impl Hull {
         let before = self.faces().to_vec();
         let (hull, changed) = altered(self, |builder, rule| relieve(builder, faces, edges, rule));
         let mut changed = changed.unwrap_or_default();
+        // After refinement, all.
         // Raising apexes and cutting vertices reaches farther than the faces that it was done for.
+        if before.len() != hull.faces().len() {
+            return (hull, changed);
+        }
         let moved =
             before.iter().zip(hull.faces()).enumerate().filter(|(_, (before, after))| before != after);
         changed.extend(moved.map(|(f, _)| FaceId::from(f)));
@@ -110,6 +114,9 @@ fn relieve(
     }
     changed.extend(&raised);
     let stuck = |f: &FaceId| raised.binary_search(f).is_err();
+    if rule.corners && refine_where_stuck(builder, faces, edges, &raised, rule) {
+        return builder.data.mesh().faces().collect();
+    }
     if rule.corners {
         for e in edges {
             let Some(pair) = beside(builder, *e).filter(|pair| pair.iter().any(stuck)) else { continue };
@@ -128,6 +135,40 @@ fn relieve(
     changed.sort_unstable();
     changed.dedup();
     changed
+}
+
+/// Refines around the vertices of patches for which apexes were raised often enough.
+fn refine_where_stuck(
+    builder: &mut Builder<'_>,
+    faces: &[FaceId],
+    edges: &[EdgeId],
+    raised: &[FaceId],
+    rule: &RobustApexes,
+) -> bool {
+    let mesh = builder.data.mesh();
+    let stuck = |f: &FaceId| raised.binary_search(f).is_err();
+    let mut vertices = Vec::new();
+    for e in edges {
+        let pair = builder.data.joint(*e).into_iter().flatten();
+        if pair.map(|h| mesh.face(h)).any(|f| stuck(&f)) {
+            let h = mesh.edge_half_edge(*e);
+            let seen = |v: &VertexId| repair::best_visibility(&builder.data, *v);
+            vertices.extend(
+                [mesh.origin(h), mesh.dest(h)].into_iter().min_by(|a, b| seen(a).total_cmp(&seen(b))),
+            );
+        }
+    }
+    vertices.extend(faces.iter().filter(|f| stuck(f)).map(|f| most_turned(builder, *f)[0]));
+    if std::env::var("DBG").is_ok() {
+        eprintln!("relief: {} faces {} edges, stuck at {vertices:?}", faces.len(), edges.len());
+    }
+    let refined = refine::refine_at(builder, vertices, rule);
+    if refined {
+        repair::repair(builder, rule);
+        refine::refine_around_faults(builder, rule);
+        make_corners(builder, rule);
+    }
+    refined
 }
 
 /// The vertices of a face, that whose normal is farthest from the face's first.

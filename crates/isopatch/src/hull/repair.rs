@@ -54,6 +54,32 @@ pub(super) fn turn_hidden_normals(data: &mut HermiteMesh, least: f64) {
     }
 }
 
+/// The same for vertices at fault and around it, beside a finished hull.
+pub(super) fn show_hidden_normals(builder: &mut Builder<'_>, vertices: &[VertexId]) {
+    let mesh = builder.data.mesh();
+    let mut near: Vec<VertexId> = vertices
+        .iter()
+        .flat_map(|v| mesh.ring(*v))
+        .flat_map(|h| mesh.triangle(mesh.face(h)))
+        .collect();
+    near.sort_unstable();
+    near.dedup();
+    let mut touched = Vec::new();
+    for sector in near.into_iter().flat_map(|v| builder.data.sectors(v)).collect::<Vec<_>>() {
+        let seen = |h: &HalfEdgeId| normal_at(&builder.data, *h).dot(&builder.data.gradient(*h).normalize());
+        let least = sector.iter().map(seen).fold(f64::INFINITY, f64::min);
+        if let Some((direction, _)) = most_visible(&builder.data, &sector).filter(|(_, best)| least < 0.5 * best) {
+            for h in sector {
+                builder.turn(h, builder.data.gradient(h).norm() * direction);
+                touched.push(builder.data.mesh().face(h));
+            }
+        }
+    }
+    touched.sort_unstable();
+    touched.dedup();
+    builder.recheck(&touched);
+}
+
 /// Unit normal of the face at a corner.
 pub(super) fn normal_at(data: &HermiteMesh, corner: HalfEdgeId) -> Vec3 {
     normals::of_face(data.mesh(), data.positions(), data.mesh().face(corner))
@@ -115,19 +141,20 @@ pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &Robust
     }
 }
 
-/// Vertices with a visible normal at which something is bad: for each bad face the one whose normal sees it worst, for each bad edge
-/// the end where that is worse.
+/// The least product with the normals of the faces around a vertex of the best direction, in the sector where that is least.
+pub(super) fn best_visibility(data: &HermiteMesh, v: VertexId) -> f64 {
+    let of = |sector: &Vec<HalfEdgeId>| most_visible(data, sector).map_or(-1.0, |(_, product)| product);
+    data.sectors(v).iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
+/// Vertices at which something is bad: for each bad face the one whose faces are seen worst, for each bad edge the end where that is
+/// worse.
 pub(super) fn at_fault(builder: &Builder<'_>) -> Vec<VertexId> {
     let (data, mesh) = (&builder.data, builder.data.mesh());
-    let seen = |v: &VertexId| {
-        let ring: Vec<Vec<HalfEdgeId>> = data.sectors(*v);
-        let of = |sector: &Vec<HalfEdgeId>| most_visible(data, sector).map_or(-1.0, |(_, product)| product);
-        ring.iter().map(of).fold(f64::INFINITY, f64::min)
-    };
     let mut found = Vec::new();
     let mut take = |among: &[VertexId]| {
-        let visible = among.iter().copied().map(|v| (v, seen(&v))).filter(|(_, seen)| *seen > 0.0);
-        found.extend(visible.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(v, _)| v));
+        let seen = among.iter().copied().map(|v| (v, best_visibility(data, v)));
+        found.extend(seen.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(v, _)| v));
     };
     for f in mesh.faces().filter(|f| builder.fault_of_face(*f).is_some()) {
         take(&mesh.triangle(f));
