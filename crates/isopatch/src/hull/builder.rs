@@ -400,7 +400,7 @@ impl<'a> Builder<'a> {
             added_creases,
             reliefs,
             refinement,
-            effort: self.effort,
+            effort: self.effort + EFFORT / 16,
             ..builder
         };
         vertices.iter().for_each(|v| self.align(*v));
@@ -472,12 +472,12 @@ impl<'a> Builder<'a> {
         let end = mesh.origin(first);
         let towards = |w: VertexId| {
             let along = (at(w) - at(end)).normalize();
-            (direction - 3.0 * direction.dot(&along) * along).normalize()
+            direction - 3.0 * direction.dot(&along) * along
         };
-        let mut seen = vec![*direction, towards(v)];
+        let mut seen = vec![*direction, towards(v).normalize()];
         for h in corners {
             let third = mesh.triangle(mesh.face(*h)).into_iter().find(|w| *w != v && *w != end)?;
-            seen.extend([towards(third), repair::normal_at(&self.data, *h)]);
+            seen.extend([towards(third).normalize(), repair::normal_at(&self.data, *h)]);
         }
         let (best, product) = most_visible_direction(&seen)?;
         if product <= 0.0 {
@@ -489,7 +489,7 @@ impl<'a> Builder<'a> {
         let least = seen.iter().map(|s| s.dot(&across)).fold(f64::INFINITY, f64::min);
         let normal = if least >= STRAIGHT_SHARE * product { across } else { best };
         let length = self.data.gradient(first).norm();
-        let least = 2.0 / normal.dot(&towards(v));
+        let least = -direction.dot(&towards(v)) / normal.dot(&towards(v));
         Some(length * least.max(1.0) * normal)
     }
 

@@ -43,7 +43,10 @@ struct Point {
 
 /// Where edges are cut, as parts of their lengths.
 const FARTHEST: f64 = 1.0 / 3.0;
-const NEAREST: f64 = 0.02;
+const NEAREST: f64 = 1e-3;
+
+/// Best product with the normals of the faces at a vertex below which its edges are not all cut at the same part.
+const HARDLY_SEEN: f64 = 0.1;
 
 /// Sine of the angle between an edge and the tangent plane from which on it is steep.
 const STEEP: f64 = 0.5;
@@ -91,6 +94,7 @@ pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId]) -> Option<R
 impl Cutter<'_> {
     /// Cuts the edges at a vertex where they are equally high above or deep below its tangent plane, as far as can be.
     fn level(&mut self, v: VertexId) {
+        let hardly_seen = repair::best_visibility(self.data, v) < HARDLY_SEEN;
         let mesh = self.data.mesh();
         let p = self.data.positions()[v.index()];
         let edges = mesh.ring(v).flat_map(|h| [h, mesh.prev(h)]).map(|h| {
@@ -99,7 +103,10 @@ impl Cutter<'_> {
             let at = usize::from((mesh.edge_half_edge(e) == h) != starts);
             let edge = self.data.positions()[w.index()] - p;
             let rise = edge.dot(&self.data.gradient(corner).normalize()).abs();
-            (e, at, rise, rise > STEEP * edge.norm())
+            match hardly_seen {
+                true => (e, at, rise, rise > STEEP * edge.norm()),
+                false => (e, at, edge.norm(), true),
+            }
         });
         let edges: Vec<_> = edges.collect();
         let steep = edges.iter().filter(|edge| edge.3).map(|edge| edge.2);
@@ -278,7 +285,7 @@ pub(super) fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexe
             let vs: Vec<_> = vertices.iter().map(|v| (v.0, repair::best_visibility(&builder.data, *v))).collect();
             eprintln!("   cut {vs:?}");
         }
-        if !refine_at(builder, vertices, rule) {
+        if builder.effort == 0 || !refine_at(builder, vertices, rule) {
             break;
         }
         if dbg > 0 {

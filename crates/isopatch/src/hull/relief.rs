@@ -6,7 +6,7 @@ use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
 use super::simplicial_hull::{AddedCrease, Hull};
-use super::{refine, relax, repair};
+use super::{refine, relax, repair, shear};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 
@@ -99,8 +99,13 @@ fn relieve(
             continue;
         }
         let (before, mark) = (builder.score, builder.mark());
+        let refined = !builder.refinement.vertices.is_empty();
         let low = |f: &FaceId| {
-            builder.faces[f.index()].heights.iter().all(|h| *h < HIGHEST * builder.frame(*f).inner_radius)
+            let frame = builder.frame(*f);
+            let longest = (0..3).map(|k| (frame.p[(k + 1) % 3] - frame.p[k]).norm()).fold(0.0, f64::max);
+            let most = HIGHEST * frame.inner_radius;
+            let most = if refined { most.max(10.0 * longest) } else { most };
+            builder.faces[f.index()].heights.iter().all(|h| *h < most)
         };
         let low: Vec<FaceId> = cluster.iter().copied().filter(low).collect();
         low.iter().for_each(|f| builder.raise_face(*f, RAISE));
@@ -161,6 +166,22 @@ fn refine_where_stuck(
     vertices.extend(faces.iter().filter(|f| stuck(f)).map(|f| most_turned(builder, *f)[0]));
     if std::env::var("DBG").is_ok() {
         eprintln!("relief: {} faces {} edges, stuck at {vertices:?}", faces.len(), edges.len());
+    }
+    if std::env::var("DBG").is_ok_and(|s| s == "3") {
+        for f in faces {
+            let fr = builder.frame(*f);
+            let hf = builder.faces[f.index()];
+            let l: Vec<f64> = (0..3).map(|k| (fr.p[(k+1)%3]-fr.p[k]).norm() / fr.inner_radius).collect();
+            eprintln!("  face {f:?} {:?} {:?} facing {:.3?} len {:.1?} sides/r {l:.1?} h/r {:.1?} d.n {:.3} d.n_a {:.3?} cornerfold {} stuck {}", mesh.triangle(*f).map(|v| v.0), hf.class, fr.n.map(|n| n.normalize().dot(&fr.normal)), fr.n.map(|n| n.norm()), hf.heights.map(|h| h / fr.inner_radius), hf.direction.dot(&fr.normal), fr.n.map(|n| n.normalize().dot(&hf.direction)), shear::corners_fold(&fr, &hf), stuck(f));
+        }
+        for e in edges {
+            let h = mesh.edge_half_edge(*e);
+            let nn: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| repair::normal_at(&builder.data, h)).collect();
+            let dd: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| builder.faces[mesh.face(h).index()].direction).collect();
+            let ef: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| { let f = mesh.face(h); (builder.faces[f.index()].class, shear::corners_fold(&builder.frame(f), &builder.faces[f.index()]))}).collect();
+            let class = super::check::made_edge(&builder.data, &builder.faces, *e).class;
+            eprintln!("  {class:?} crossing {} {ef:?} edge {} {} dihedral cos {:.3} d.d {:.3}", shear::crossing_folds(&builder.data, &builder.faces, *e, class, 0.0), mesh.origin(h).0, mesh.dest(h).0, nn[0].dot(&nn[1]), dd[0].dot(&dd[1]));
+        }
     }
     let refined = refine::refine_at(builder, vertices, rule);
     if refined {
