@@ -198,10 +198,12 @@ impl APatchFunction {
             .map(|f| match free {
                 Free::Default => [standard(f, 0), standard(f, 1)],
                 Free::Global(b) => [*b; 2],
-                Free::PerFace(values) => [0, 1].map(|s| match values.get(f) {
-                    Some(given) if given[s].is_finite() => given[s],
-                    _ => standard(f, s),
-                }),
+                Free::PerFace(values) => {
+                    [0, 1].map(|s| match values.get(self.hull.source_face(f.into()).index()) {
+                        Some(given) if given[s].is_finite() => given[s],
+                        _ => standard(f, s),
+                    })
+                }
             })
             .collect();
         self

@@ -1,7 +1,6 @@
 //! The steps from data to a hull, and from a finished hull to another.
 
 use super::builder::{Builder, gradients};
-use super::corner;
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
 use super::refine;
@@ -19,8 +18,8 @@ pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
         builder.raise((0..builder.data.mesh().edge_count()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
         if rule.corners {
-            refine::refine_around_faults(&mut builder, &rule);
-            corner::make_corners(&mut builder, &rule);
+            repair::join_sides(&mut builder, &rule);
+            refine::refine_or_cut(&mut builder, &rule);
         }
     }
     builder.finish()

@@ -9,17 +9,18 @@ use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
 use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed, placed_at};
 use super::problem::{Problem, Reason};
-use super::refine::{self, Refined, Refinement};
+use super::refine::{self, Refined, Refinement, Way};
 use super::relief::Reliefs;
 use super::repair;
 use super::shear;
-use super::visibility::most_visible_direction;
 use super::simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, frame};
+use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
 
 /// A hull in the making. `faults` counts, per face, what is wrong with it and its edges.
+#[derive(Clone)]
 pub(super) struct Builder<'a> {
     pub data: HermiteMesh,
     options: &'a HullOptions,
@@ -46,6 +47,9 @@ pub(super) struct Builder<'a> {
 const EFFORT: usize = 16_000_000;
 const EFFORT_PER_FACE: usize = 20;
 
+/// How many more each time that something is refined.
+const EFFORT_OF_REFINEMENT: usize = 1_000_000;
+
 /// Height of apexes on parallel lines, as a multiple of the largest of the lowest ones.
 const ALIGNED: f64 = 1.5;
 
@@ -54,6 +58,7 @@ const STRAIGHT_SHARE: f64 = 0.3;
 const RAISES_OF_ALIGNED: usize = 24;
 
 /// What was there before a change.
+#[derive(Clone)]
 enum Change {
     Face(FaceId, HullFace),
     Gradient(HalfEdgeId, Vec3),
@@ -361,7 +366,9 @@ impl<'a> Builder<'a> {
 
     /// Cuts off the corners of the faces at some vertices, which changes no shape. What was there before can't be rolled back to.
     pub fn refine(&mut self, vertices: &[VertexId]) -> bool {
-        let Some(refined) = refine::cut_corners(&self.data, vertices) else { return false };
+        let Some(refined) = refine::cut_corners(&self.data, vertices, self.refinement.way) else {
+            return false;
+        };
         let Refined { data, face_source, edge_source, vertex_source } = refined;
         let (old, mesh) = (self.data.mesh(), data.mesh());
         let mut is_new = vec![false; mesh.face_count()];
@@ -400,10 +407,12 @@ impl<'a> Builder<'a> {
             added_creases,
             reliefs,
             refinement,
-            effort: self.effort + EFFORT / 16,
+            effort: self.effort + EFFORT_OF_REFINEMENT,
             ..builder
         };
-        vertices.iter().for_each(|v| self.align(*v));
+        if self.refinement.way != Way::AtPart {
+            vertices.iter().for_each(|v| self.align(*v));
+        }
         true
     }
 
@@ -412,12 +421,15 @@ impl<'a> Builder<'a> {
     fn align(&mut self, v: VertexId) {
         for sector in self.data.sectors(v) {
             let faces: Vec<FaceId> = sector.iter().map(|h| self.data.mesh().face(*h)).collect();
-            let Some(direction) = sector.first().map(|h| self.data.gradient(*h).normalize()) else { continue };
+            let Some(direction) = sector.first().map(|h| self.data.gradient(*h).normalize()) else {
+                continue;
+            };
             if faces.iter().any(|f| self.frame(*f).normal.dot(&direction) <= 0.0) {
                 continue;
             }
             let mesh = self.data.mesh();
-            let mut ends: Vec<HalfEdgeId> = sector.iter().flat_map(|h| [mesh.next(*h), mesh.prev(*h)]).collect();
+            let mut ends: Vec<HalfEdgeId> =
+                sector.iter().flat_map(|h| [mesh.next(*h), mesh.prev(*h)]).collect();
             let mut turned: Vec<(HalfEdgeId, Vec3)> = Vec::new();
             ends.sort_unstable();
             while let Some(first) = ends.first().copied() {
@@ -520,7 +532,8 @@ impl<'a> Builder<'a> {
         }
         let is_corner = |v: &VertexId| self.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
         let moved = |v: &VertexId| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h));
-        let moved_normals = mesh.vertices().filter(|v| moved(v) && !is_corner(v)).collect();
+        let moved_normals =
+            mesh.vertices().filter(|v| moved(v) && !is_corner(v) && !self.refinement.is_new(*v)).collect();
         Hull {
             faces: self.faces,
             edges: self.edges,

@@ -21,6 +21,21 @@ use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
 use std::collections::BTreeMap;
 
+/// How corners are cut off.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Way {
+    /// Equally long pieces of all edges; apexes around the vertex on parallel lines.
+    #[default]
+    Equal,
+    /// At the same part of all edges.
+    AtPart,
+    /// That with apexes on parallel lines.
+    AtPartAligned,
+}
+
+/// All, in the order in which they are tried.
+const WAYS: [Way; 3] = [Way::Equal, Way::AtPart, Way::AtPartAligned];
+
 /// A finer mesh of the same shape. The vertices that there were keep their numbers; of the faces, one piece of each does.
 pub(super) struct Refined {
     pub data: HermiteMesh,
@@ -66,7 +81,7 @@ struct Cutter<'a> {
 }
 
 /// The mesh with the corners of all faces at some vertices cut off; none where that leaves faces without area.
-pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId]) -> Option<Refined> {
+pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId], way: Way) -> Option<Refined> {
     let mesh = data.mesh();
     let mut is_cut = vec![false; mesh.vertex_count()];
     vertices.iter().for_each(|v| is_cut[v.index()] = true);
@@ -78,7 +93,7 @@ pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId]) -> Option<R
         sources: Vec::new(),
         on_edge: vec![[None; 2]; mesh.edge_count()],
     };
-    vertices.iter().for_each(|v| cutter.level(*v));
+    vertices.iter().for_each(|v| cutter.level(*v, way));
     mesh.edges().for_each(|e| cutter.cut_edge(e));
     let mut pieces = Pieces::default();
     let mut more = Pieces::default();
@@ -93,7 +108,7 @@ pub(super) fn cut_corners(data: &HermiteMesh, vertices: &[VertexId]) -> Option<R
 
 impl Cutter<'_> {
     /// Cuts the edges at a vertex where they are equally high above or deep below its tangent plane, as far as can be.
-    fn level(&mut self, v: VertexId) {
+    fn level(&mut self, v: VertexId, way: Way) {
         let hardly_seen = repair::best_visibility(self.data, v) < HARDLY_SEEN;
         let mesh = self.data.mesh();
         let p = self.data.positions()[v.index()];
@@ -103,9 +118,10 @@ impl Cutter<'_> {
             let at = usize::from((mesh.edge_half_edge(e) == h) != starts);
             let edge = self.data.positions()[w.index()] - p;
             let rise = edge.dot(&self.data.gradient(corner).normalize()).abs();
-            match hardly_seen {
-                true => (e, at, rise, rise > STEEP * edge.norm()),
-                false => (e, at, edge.norm(), true),
+            match (way, hardly_seen) {
+                (Way::AtPart, _) | (Way::AtPartAligned, false) => (e, at, edge.norm(), false),
+                (_, true) => (e, at, rise, rise > STEEP * edge.norm()),
+                (_, false) => (e, at, edge.norm(), true),
             }
         });
         let edges: Vec<_> = edges.collect();
@@ -274,31 +290,42 @@ const ROUNDS: usize = 8;
 /// Most times that corners are cut off at one vertex.
 const MOST_CUTS: usize = 4;
 
+/// Refines around vertices at fault in the first way after which nothing is at fault any more, or else in the one with the fewest
+/// corners and creases, which may be none at all.
+pub(super) fn refine_or_cut(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    let mut best: Option<Builder<'_>> = None;
+    let count = |builder: &Builder<'_>| builder.corners.len() + builder.added_creases.len();
+    for way in WAYS.into_iter().map(Some).chain([None]) {
+        if builder.score.0 == 0 {
+            return;
+        }
+        let mut tried = builder.clone();
+        if let Some(way) = way {
+            tried.refinement.way = way;
+            refine_around_faults(&mut tried, rule);
+        }
+        let is_whole = tried.score.0 == 0;
+        corner::make_corners(&mut tried, rule);
+        if best.as_ref().is_none_or(|best| count(&tried) < count(best)) {
+            best = Some(tried);
+        }
+        if is_whole {
+            break;
+        }
+    }
+    if let Some(best) = best {
+        *builder = best;
+    }
+}
+
 /// Refines around vertices at fault, and repairs what is left, until nothing is or that does not help.
 pub(super) fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexes) {
-    let dbg = std::env::var("DBG").map_or(0, |s| s.parse().unwrap_or(0));
-    for round in 0..ROUNDS {
+    for _ in 0..ROUNDS {
         let vertices = repair::at_fault(builder);
-        if dbg > 0 {
-            let refined = builder.refinement.vertices.len();
-            eprintln!("round {round}: score {:?}, faces {}, refined {refined}, effort {}", builder.score, builder.faces.len(), builder.effort);
-            let vs: Vec<_> = vertices.iter().map(|v| (v.0, repair::best_visibility(&builder.data, *v))).collect();
-            eprintln!("   cut {vs:?}");
-        }
         if builder.effort == 0 || !refine_at(builder, vertices, rule) {
             break;
         }
-        if dbg > 0 {
-            eprintln!("   after: {:?}", builder.score);
-        }
-        if dbg > 1 {
-            for f in builder.data.mesh().faces() { if let Some(r) = builder.fault_of_face(f) { eprintln!("     {f:?} {r:?} {:?} facing {:?} heights {:?}", builder.data.mesh().triangle(f).map(|v| v.0), builder.frame(f).n.map(|n| n.normalize().dot(&builder.frame(f).normal)), builder.faces[f.index()].heights ); } }
-            for e in builder.bad_edges() { let h = builder.data.mesh().edge_half_edge(e); eprintln!("     {:?}-{:?} {:?} opp {:?}", builder.data.mesh().origin(h).0, builder.data.mesh().dest(h).0, builder.fault_of_edge(e), builder.data.pair(e).map(|p| p.map(|h| builder.data.mesh().origin(builder.data.mesh().prev(h)).0))); }
-        }
         repair::repair(builder, rule);
-    }
-    if dbg > 0 {
-        eprintln!("end: score {:?}, faces {} effort {}", builder.score, builder.faces.len(), builder.effort);
     }
 }
 
@@ -329,6 +356,8 @@ pub(super) struct Refinement {
     pub faces: Vec<FaceId>,
     /// For each new vertex, two vertices of the given mesh: the ends of its edge, or one vertex of its face twice.
     pub new_vertices: Vec<[VertexId; 2]>,
+    /// How they are cut off.
+    pub way: Way,
     /// How often corners were cut off at a vertex.
     pub cuts: BTreeMap<VertexId, usize>,
     /// Number of vertices in the given mesh.
@@ -355,6 +384,17 @@ impl Refinement {
         self.new_vertices.extend(sources);
     }
 
+    /// How many faces there are more than in the given mesh.
+    pub fn added_faces(&self) -> usize {
+        let given = self.faces.iter().map(|f| f.index() + 1).max().unwrap_or(0);
+        self.faces.len() - given
+    }
+
+    /// Is this none of the vertices of the given mesh?
+    pub fn is_new(&self, v: VertexId) -> bool {
+        !self.faces.is_empty() && v.index() >= self.given_vertices
+    }
+
     /// The face of the given mesh in which a face lies.
     pub fn face(&self, f: FaceId) -> FaceId {
         self.faces.get(f.index()).copied().unwrap_or(f)
@@ -362,8 +402,8 @@ impl Refinement {
 
     /// The vertices of the given mesh between which a vertex is; those that are there are themselves.
     pub fn vertex(&self, v: VertexId) -> [VertexId; 2] {
-        let new = v.index().checked_sub(self.given_vertices).and_then(|n| self.new_vertices.get(n));
-        new.copied().unwrap_or([v; 2])
+        let new = || self.new_vertices.get(v.index() - self.given_vertices).copied();
+        self.is_new(v).then(new).flatten().unwrap_or([v; 2])
     }
 
     /// The same for what is between two vertices, if it is on an edge of the given mesh; the first one of them, if not.

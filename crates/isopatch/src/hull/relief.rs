@@ -6,7 +6,7 @@ use super::corner::{Steps, cut_further, make_corners};
 use super::options::RobustApexes;
 use super::problem::Reason;
 use super::simplicial_hull::{AddedCrease, Hull};
-use super::{refine, relax, repair, shear};
+use super::{refine, relax, repair};
 use crate::mesh::{EdgeId, FaceId, VertexId};
 use std::collections::BTreeMap;
 
@@ -164,25 +164,6 @@ fn refine_where_stuck(
         }
     }
     vertices.extend(faces.iter().filter(|f| stuck(f)).map(|f| most_turned(builder, *f)[0]));
-    if std::env::var("DBG").is_ok() {
-        eprintln!("relief: {} faces {} edges, stuck at {vertices:?}", faces.len(), edges.len());
-    }
-    if std::env::var("DBG").is_ok_and(|s| s == "3") {
-        for f in faces {
-            let fr = builder.frame(*f);
-            let hf = builder.faces[f.index()];
-            let l: Vec<f64> = (0..3).map(|k| (fr.p[(k+1)%3]-fr.p[k]).norm() / fr.inner_radius).collect();
-            eprintln!("  face {f:?} {:?} {:?} facing {:.3?} len {:.1?} sides/r {l:.1?} h/r {:.1?} d.n {:.3} d.n_a {:.3?} cornerfold {} stuck {}", mesh.triangle(*f).map(|v| v.0), hf.class, fr.n.map(|n| n.normalize().dot(&fr.normal)), fr.n.map(|n| n.norm()), hf.heights.map(|h| h / fr.inner_radius), hf.direction.dot(&fr.normal), fr.n.map(|n| n.normalize().dot(&hf.direction)), shear::corners_fold(&fr, &hf), stuck(f));
-        }
-        for e in edges {
-            let h = mesh.edge_half_edge(*e);
-            let nn: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| repair::normal_at(&builder.data, h)).collect();
-            let dd: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| builder.faces[mesh.face(h).index()].direction).collect();
-            let ef: Vec<_> = builder.data.pair(*e).into_iter().flatten().map(|h| { let f = mesh.face(h); (builder.faces[f.index()].class, shear::corners_fold(&builder.frame(f), &builder.faces[f.index()]))}).collect();
-            let class = super::check::made_edge(&builder.data, &builder.faces, *e).class;
-            eprintln!("  {class:?} crossing {} {ef:?} edge {} {} dihedral cos {:.3} d.d {:.3}", shear::crossing_folds(&builder.data, &builder.faces, *e, class, 0.0), mesh.origin(h).0, mesh.dest(h).0, nn[0].dot(&nn[1]), dd[0].dot(&dd[1]));
-        }
-    }
     let refined = refine::refine_at(builder, vertices, rule);
     if refined {
         repair::repair(builder, rule);

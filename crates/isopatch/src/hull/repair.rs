@@ -57,18 +57,17 @@ pub(super) fn turn_hidden_normals(data: &mut HermiteMesh, least: f64) {
 /// The same for vertices at fault and around it, beside a finished hull.
 pub(super) fn show_hidden_normals(builder: &mut Builder<'_>, vertices: &[VertexId]) {
     let mesh = builder.data.mesh();
-    let mut near: Vec<VertexId> = vertices
-        .iter()
-        .flat_map(|v| mesh.ring(*v))
-        .flat_map(|h| mesh.triangle(mesh.face(h)))
-        .collect();
+    let mut near: Vec<VertexId> =
+        vertices.iter().flat_map(|v| mesh.ring(*v)).flat_map(|h| mesh.triangle(mesh.face(h))).collect();
     near.sort_unstable();
     near.dedup();
     let mut touched = Vec::new();
     for sector in near.into_iter().flat_map(|v| builder.data.sectors(v)).collect::<Vec<_>>() {
         let seen = |h: &HalfEdgeId| normal_at(&builder.data, *h).dot(&builder.data.gradient(*h).normalize());
         let least = sector.iter().map(seen).fold(f64::INFINITY, f64::min);
-        if let Some((direction, _)) = most_visible(&builder.data, &sector).filter(|(_, best)| least < 0.5 * best) {
+        if let Some((direction, _)) =
+            most_visible(&builder.data, &sector).filter(|(_, best)| least < 0.5 * best)
+        {
             for h in sector {
                 builder.turn(h, builder.data.gradient(h).norm() * direction);
                 touched.push(builder.data.mesh().face(h));
@@ -138,6 +137,27 @@ pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &Robust
     bad.dedup();
     for cluster in clusters(builder, &bad) {
         relax::relax_here(builder, &cluster, rule);
+    }
+}
+
+/// Gives the sides of creases one normal where they meet at a vertex at fault, if one sees all faces there: a crease that turns back
+/// sharply may have a tangent plane in its tip.
+pub(super) fn join_sides(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    for e in builder.bad_edges() {
+        let Some(v) = builder.fault_of_crease(e) else { continue };
+        let ring: Vec<HalfEdgeId> = builder.data.mesh().ring(v).collect();
+        let seen = most_visible(&builder.data, &ring).filter(|(_, product)| *product > rule.visibility);
+        let Some((direction, _)) = seen else { continue };
+        let (before, mark) = (builder.score, builder.mark());
+        let gradients: Vec<(HalfEdgeId, Vec3)> =
+            ring.iter().map(|h| (*h, builder.data.gradient(*h).norm() * direction)).collect();
+        let faces: Vec<FaceId> = ring.iter().map(|h| builder.data.mesh().face(*h)).collect();
+        builder.set(&[], &gradients);
+        builder.place_by_default(&faces, rule);
+        relax_around(builder, v, rule);
+        if builder.score >= before {
+            builder.roll_back_to(mark);
+        }
     }
 }
 
