@@ -36,12 +36,29 @@ const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 
 /// Computes the function (all ten steps of the paper's §4), in linear time.
 ///
-/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`].
+/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`]; where
+/// that does not help although the mesh was refined, it is made anew, see [`Hull::rebuilt`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
+    let (mut function, mut left) = unfolded(hull, options);
+    for attempt in 1..=ATTEMPTS {
+        if left.is_empty() {
+            break;
+        }
+        let Some(hull) = function.hull.rebuilt(&left.faces, &left.edges, attempt == ATTEMPTS) else { break };
+        (function, left) = unfolded(hull, options);
+    }
+    function.with_free(&options.free)
+}
+
+/// How often a hull is made anew.
+const ATTEMPTS: usize = 2;
+
+/// The function on a hull that is changed until no patch turns over, and those that do when that has been tried often enough.
+fn unfolded(hull: Hull, options: &APatchOptions) -> (APatchFunction, Patches) {
     let mut function = assemble(hull, options);
     let mut among = Patches::all(&function);
-    for round in 0..ROUNDS {
-        let folded = check::folded(&function, &among, round > 0);
+    let mut folded = check::folded(&function, &among, false);
+    for _ in 0..ROUNDS {
         if folded.is_empty() {
             break;
         }
@@ -55,8 +72,9 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
             true => Patches::around(&function, &changed).with(folded),
             false => Patches::all(&function),
         };
+        folded = check::folded(&function, &among, true);
     }
-    function.with_free(&options.free)
+    (function, folded)
 }
 
 /// Rounds of looking for patches that turn over. Hulls ran out of things to change after at most 12.

@@ -3,7 +3,7 @@
 use super::builder::{Builder, gradients};
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
-use super::refine;
+use super::refine::{self, Refinement};
 use super::repair;
 use super::simplicial_hull::Hull;
 use crate::mesh::{EdgeId, VertexId};
@@ -13,7 +13,13 @@ use crate::mesh::{EdgeId, VertexId};
 /// Linear in the number of faces. The paper's rule follows §3.1; the robust rule then raises apexes, and looks for other
 /// directions and, at the vertices concerned, other normals, for the faces where that fails.
 pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
+    built(data, options, Refinement::default())
+}
+
+/// The same where something is known about what refinement leads to.
+pub(super) fn built(data: HermiteMesh, options: &HullOptions, refinement: Refinement) -> Hull {
     let mut builder = Builder::new(data, options);
+    builder.refinement = refinement;
     if let ApexRule::Robust(rule) = options.rule {
         builder.raise((0..builder.data.mesh().edge_count()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);

@@ -18,6 +18,7 @@ use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// A hull in the making. `faults` counts, per face, what is wrong with it and its edges.
 #[derive(Clone)]
@@ -400,6 +401,12 @@ impl<'a> Builder<'a> {
         let mut reliefs = std::mem::take(&mut self.reliefs);
         reliefs.forget(&|f| is_new[f.index()]);
         let mut refinement = std::mem::take(&mut self.refinement);
+        if refinement.given.is_none() {
+            let mut original = self.data.clone();
+            old.half_edges().for_each(|h| original.set_gradient(h, self.given[h.index()]));
+            self.added_creases.iter().for_each(|crease| original.set_crease(crease.edge, false));
+            refinement.given = Some(Arc::new(original));
+        }
         refinement.extend(vertices, &face_source, &vertex_source, old.vertex_count());
         let builder = Self::with_faces(data, faces, given, self.options);
         *self = Self {

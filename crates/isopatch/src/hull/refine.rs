@@ -20,6 +20,7 @@ use super::repair::{self, normal_at};
 use crate::geom::{Point3, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// How corners are cut off.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -299,6 +300,9 @@ pub(super) fn refine_or_cut(builder: &mut Builder<'_>, rule: &RobustApexes) {
         if builder.score.0 == 0 {
             return;
         }
+        if way.is_some() && builder.refinement.is_off {
+            continue;
+        }
         let mut tried = builder.clone();
         if let Some(way) = way {
             tried.refinement.way = way;
@@ -331,6 +335,9 @@ pub(super) fn refine_around_faults(builder: &mut Builder<'_>, rule: &RobustApexe
 
 /// Refines around these vertices, where that has not been done too often; those that nothing sees become corners.
 pub(super) fn refine_at(builder: &mut Builder<'_>, mut vertices: Vec<VertexId>, rule: &RobustApexes) -> bool {
+    if builder.refinement.is_off {
+        return false;
+    }
     vertices.sort_unstable();
     vertices.dedup();
     vertices.retain(|v| builder.refinement.cuts.get(v).is_none_or(|n| *n < MOST_CUTS));
@@ -340,7 +347,8 @@ pub(super) fn refine_at(builder: &mut Builder<'_>, mut vertices: Vec<VertexId>, 
     }
     for v in vertices {
         *builder.refinement.cuts.entry(v).or_insert(0) += 1;
-        if repair::best_visibility(&builder.data, v) <= 0.0 {
+        let is_corner = builder.refinement.corners.binary_search(&v).is_ok();
+        if is_corner || repair::best_visibility(&builder.data, v) <= 0.0 {
             corner::cut_hidden(builder, v, rule);
         }
     }
@@ -348,7 +356,7 @@ pub(super) fn refine_at(builder: &mut Builder<'_>, mut vertices: Vec<VertexId>, 
 }
 
 /// What flat refinement did to a mesh, all times together.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Refinement {
     /// Vertices at which corners of faces were cut off, in order.
     pub vertices: Vec<VertexId>,
@@ -360,6 +368,12 @@ pub(super) struct Refinement {
     pub way: Way,
     /// How often corners were cut off at a vertex.
     pub cuts: BTreeMap<VertexId, usize>,
+    /// Vertices of the given mesh that become corners when something is at fault there, because with them smooth patches turn over.
+    pub corners: Vec<VertexId>,
+    /// Was all this in vain, so that nothing is refined?
+    pub is_off: bool,
+    /// The given mesh, if anything was refined.
+    pub given: Option<Arc<HermiteMesh>>,
     /// Number of vertices in the given mesh.
     pub given_vertices: usize,
 }
