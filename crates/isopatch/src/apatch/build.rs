@@ -37,21 +37,13 @@ const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 /// Computes the function (all ten steps of the paper's §4), in linear time.
 ///
 /// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`]; where
-/// that does not help although the mesh was refined, it is made anew, see [`Hull::rebuilt`].
+/// that does not help although the mesh was refined, it is made anew without refinement, see [`Hull::unrefined`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
-    let (mut function, mut left) = unfolded(hull, options);
-    for attempt in 1..=ATTEMPTS {
-        if left.is_empty() {
-            break;
-        }
-        let Some(hull) = function.hull.rebuilt(&left.faces, &left.edges, attempt == ATTEMPTS) else { break };
-        (function, left) = unfolded(hull, options);
-    }
+    let (function, left) = unfolded(hull, options);
+    let unrefined = if left.is_empty() { None } else { function.hull.unrefined() };
+    let function = unrefined.map_or(function, |hull| unfolded(hull, options).0);
     function.with_free(&options.free)
 }
-
-/// How often a hull is made anew.
-const ATTEMPTS: usize = 2;
 
 /// The function on a hull that is changed until no patch turns over, and those that do when that has been tried often enough.
 fn unfolded(hull: Hull, options: &APatchOptions) -> (APatchFunction, Patches) {

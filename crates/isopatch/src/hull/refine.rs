@@ -28,14 +28,12 @@ pub(super) enum Way {
     /// Equally long pieces of all edges; apexes around the vertex on parallel lines.
     #[default]
     Equal,
-    /// At the same part of all edges.
+    /// At the same part of all edges; apexes as elsewhere.
     AtPart,
-    /// That with apexes on parallel lines.
-    AtPartAligned,
 }
 
 /// All, in the order in which they are tried.
-const WAYS: [Way; 3] = [Way::Equal, Way::AtPart, Way::AtPartAligned];
+const WAYS: [Way; 2] = [Way::Equal, Way::AtPart];
 
 /// A finer mesh of the same shape. The vertices that there were keep their numbers; of the faces, one piece of each does.
 pub(super) struct Refined {
@@ -120,7 +118,7 @@ impl Cutter<'_> {
             let edge = self.data.positions()[w.index()] - p;
             let rise = edge.dot(&self.data.gradient(corner).normalize()).abs();
             match (way, hardly_seen) {
-                (Way::AtPart, _) | (Way::AtPartAligned, false) => (e, at, edge.norm(), false),
+                (Way::AtPart, _) => (e, at, edge.norm(), false),
                 (_, true) => (e, at, rise, rise > STEEP * edge.norm()),
                 (_, false) => (e, at, edge.norm(), true),
             }
@@ -347,8 +345,7 @@ pub(super) fn refine_at(builder: &mut Builder<'_>, mut vertices: Vec<VertexId>, 
     }
     for v in vertices {
         *builder.refinement.cuts.entry(v).or_insert(0) += 1;
-        let is_corner = builder.refinement.corners.binary_search(&v).is_ok();
-        if is_corner || repair::best_visibility(&builder.data, v) <= 0.0 {
+        if repair::best_visibility(&builder.data, v) <= 0.0 {
             corner::cut_hidden(builder, v, rule);
         }
     }
@@ -368,9 +365,7 @@ pub(super) struct Refinement {
     pub way: Way,
     /// How often corners were cut off at a vertex.
     pub cuts: BTreeMap<VertexId, usize>,
-    /// Vertices of the given mesh that become corners when something is at fault there, because with them smooth patches turn over.
-    pub corners: Vec<VertexId>,
-    /// Was all this in vain, so that nothing is refined?
+    /// Is nothing to be refined, because it was in vain?
     pub is_off: bool,
     /// The given mesh, if anything was refined.
     pub given: Option<Arc<HermiteMesh>>,

@@ -52,24 +52,10 @@ const RAISE: f64 = 1.5;
 const HIGHEST: f64 = 100.0;
 
 impl Hull {
-    /// The hull made anew, with corners at vertices of these faces and edges, whose patches turn over although the mesh was refined
-    /// there; or, at `last`, without refinement. None if nothing was refined.
-    pub fn rebuilt(&self, faces: &[FaceId], edges: &[EdgeId], last: bool) -> Option<Self> {
+    /// The hull of the given mesh as it is without refinement; none if nothing was refined.
+    pub fn unrefined(&self) -> Option<Self> {
         let given = self.refinement.given.as_ref()?;
-        let mesh = self.data.mesh();
-        let worst = |among: &mut dyn Iterator<Item = VertexId>| {
-            let sources = among.flat_map(|v| self.refinement.vertex(v));
-            let seen = sources.map(|v| (v, repair::best_visibility(given, v)));
-            seen.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(v, _)| v)
-        };
-        let mut corners = self.refinement.corners.clone();
-        corners.extend(faces.iter().filter_map(|f| worst(&mut mesh.triangle(*f).into_iter())));
-        for h in edges.iter().map(|e| mesh.edge_half_edge(*e)) {
-            corners.extend(worst(&mut [mesh.origin(h), mesh.dest(h)].into_iter()));
-        }
-        corners.sort_unstable();
-        corners.dedup();
-        let refinement = Refinement { corners, is_off: last, ..Refinement::default() };
+        let refinement = Refinement { is_off: true, ..Refinement::default() };
         Some(built(given.as_ref().clone(), &self.options, refinement))
     }
 
