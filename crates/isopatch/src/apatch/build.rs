@@ -4,7 +4,7 @@ use super::edge::{EdgeFunction, EdgeSide, Flank};
 use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
-use crate::hull::{Class, Hull, Side};
+use crate::hull::{Class, Hull, Reason, Side};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use rayon::prelude::*;
 
@@ -37,11 +37,20 @@ const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 /// Computes the function (all ten steps of the paper's §4), in linear time.
 ///
 /// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`]; where
-/// that does not help although the mesh was refined, it is made anew without refinement, see [`Hull::unrefined`].
+/// that does not help although the mesh was refined, or vertices became corners all the same, it is also made without refinement,
+/// and kept so if that has no more corners, see [`Hull::unrefined`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
-    let (function, left) = unfolded(hull, options);
-    let unrefined = if left.is_empty() { None } else { function.hull.unrefined() };
-    let function = unrefined.map_or(function, |hull| unfolded(hull, options).0);
+    let (mut function, left) = unfolded(hull, options);
+    let cuts = |hull: &Hull| (hull.corners().len(), hull.added_creases().len());
+    let avoidable = |hull: &Hull| hull.corners().iter().any(|c| c.reason != Reason::NoVisibleNormal);
+    if (!left.is_empty() || avoidable(&function.hull))
+        && let Some(hull) = function.hull.unrefined()
+    {
+        let (plain, _) = unfolded(hull, options);
+        if !left.is_empty() || cuts(&plain.hull) <= cuts(&function.hull) {
+            function = plain;
+        }
+    }
     function.with_free(&options.free)
 }
 
