@@ -7,8 +7,8 @@ use isopatch::apatch::{self, APatchOptions, APatchSurface, Over};
 use isopatch::geom::{Point3, Vec3, angle_between};
 use isopatch::hull::{self, Class, HermiteMesh, HullOptions, Side};
 use isopatch::io::read::read_mesh;
-use isopatch::mesh::normals::{NormalRule, at_corners};
-use isopatch::mesh::{HalfEdgeMesh, PrepareOptions, creases, prepare};
+use isopatch::mesh::normals::{NormalRule, at_corners, of_face};
+use isopatch::mesh::{HalfEdgeId, HalfEdgeMesh, PrepareOptions, creases, prepare};
 use isopatch::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
 use isopatch::tessellate::{APatchResolution, Tessellation, tessellate_a_patches};
 use rayon::prelude::*;
@@ -312,21 +312,38 @@ fn a_spiky_mesh_gets_corners_and_says_why() {
     }
 }
 
-/// A mesh of the collection: its name, the angle of creases, the grid, and how many vertices may be corners.
-type Case = (&'static str, f64, usize, usize);
+/// A mesh of the collection: its name and the angle of creases.
+type Case = (&'static str, f64);
 
-fn assert_mesh((name, angle, n, corners): Case) -> bool {
+/// Intervals of the grids that the issue asks for.
+const GRID: usize = 20;
+
+/// How many vertices of a mesh have no visible normal: in some sector between its creases, no direction sees all faces.
+fn hidden_vertices(positions: &[Point3], faces: &[[u32; 3]], angle: f64) -> usize {
+    let mesh = HalfEdgeMesh::from_faces(positions.len(), faces).unwrap();
+    let sharp = creases::by_angle(&mesh, positions, angle.to_radians());
+    let is_hidden = |sector: &Vec<HalfEdgeId>| {
+        let normals: Vec<Vec3> = sector.iter().map(|h| of_face(&mesh, positions, mesh.face(*h))).collect();
+        hull::most_visible_direction(&normals).is_none_or(|(_, product)| product <= 0.0)
+    };
+    mesh.vertices().filter(|v| creases::sectors(&mesh, &sharp, *v).iter().any(is_hidden)).count()
+}
+
+fn assert_mesh((name, angle): Case) -> bool {
     let path = support::data_folder().join("meshes").join(name).with_extension("off");
     let Ok(read) = read_mesh(&path) else { return false };
     let prepared = prepare(&read.positions, &read.faces, &PrepareOptions::default()).unwrap();
     let faces: Vec<[u32; 3]> = prepared.faces.iter().map(|f| [f[0], f[1], f[2]]).collect();
+    let hidden = hidden_vertices(&prepared.positions, &faces, angle);
     let surface = surface(prepared.positions, &faces, angle);
     let hull = surface.function().hull();
     assert!(hull.problems().is_empty(), "{name}: {:?}", hull.problems());
-    assert!(hull.corners().len() <= corners, "{name}: {} corners", hull.corners().len());
-    assert_valid(name, &surface, n);
-    // Sharply bent patches reach their limits slowly; a patch that turned back at a corner would be at 180 degrees.
-    if !STEEP.contains(&name) {
+    let avoidable = AVOIDABLE.iter().find(|(mesh, _)| *mesh == name).map_or(0, |(_, count)| *count);
+    assert_eq!(hull.corners().len(), hidden + avoidable, "{name}: {:?}", hull.corners());
+    assert_valid(name, &surface, GRID);
+    // A patch that turned back at a corner would be at 180 degrees however close.
+    assert_vertices(name, &surface, 1e-9, 0.1);
+    if !STEEP.contains(&(name, angle)) {
         assert_vertices(name, &surface, 1e-5, 0.1);
     }
     true
@@ -334,20 +351,36 @@ fn assert_mesh((name, angle, n, corners): Case) -> bool {
 
 const SMOOTH: f64 = 180.0;
 
-/// Meshes with a corner between creases where a patch is not near its limit at this distance.
-const STEEP: [&str; 2] = ["cgal_cow", "pyvista_ant"];
+/// Corners at vertices that have a visible normal: what is still missing. All see a face around them under 1.1 degrees at most,
+/// or are next to one that does.
+const AVOIDABLE: [(&str, usize); 2] = [("cgal_hand", 3), ("cgal_pig", 2)];
+
+/// Meshes with sharply bent patches, which come near their limits more slowly.
+const STEEP: [Case; 3] = [("cgal_cow", SMOOTH), ("pyvista_ant", SMOOTH), ("cgal_fandisk", SMOOTH)];
 
 #[test]
 fn meshes_of_the_collection_become_valid_surfaces() {
-    #[rustfmt::skip]
-    let cases: &[Case] = &[
-        ("cgal_icosahedron", SMOOTH, 20, 0), ("cgal_ellipsoid", SMOOTH, 20, 0), ("cgal_eight", SMOOTH, 20, 0),
-        ("cgal_sphere966", SMOOTH, 20, 0), ("cgal_knot1", SMOOTH, 10, 0), ("cgal_blobby_3cc", SMOOTH, 20, 0),
-        ("npm_bunny", SMOOTH, 10, 0), ("cgal_head", SMOOTH, 10, 0), ("cgal_nefertiti", SMOOTH, 20, 0),
-        ("cgal_fandisk", 40.0, 6, 1), ("cgal_rotor", 40.0, 20, 0), ("cgal_rotor", SMOOTH, 20, 0),
-        ("cgal_hand", SMOOTH, 20, 4), ("cgal_cow", SMOOTH, 20, 8), ("cgal_pig", SMOOTH, 20, 4),
-        ("pyvista_ant", SMOOTH, 20, 70), ("npm_teapot", SMOOTH, 20, 0),
+    let smooth = [
+        "cgal_icosahedron",
+        "cgal_ellipsoid",
+        "cgal_eight",
+        "cgal_sphere966",
+        "cgal_knot1",
+        "cgal_blobby_3cc",
+        "npm_bunny",
+        "cgal_head",
+        "cgal_nefertiti",
+        "cgal_fandisk",
+        "cgal_rotor",
+        "cgal_hand",
+        "cgal_cow",
+        "cgal_pig",
+        "pyvista_ant",
+        "pyvista_airplane",
+        "npm_teapot",
     ];
+    let mut cases: Vec<Case> = smooth.into_iter().map(|name| (name, SMOOTH)).collect();
+    cases.extend([("cgal_fandisk", 40.0), ("cgal_rotor", 40.0)]);
     if !cases.iter().all(|case| assert_mesh(*case)) {
         support::skip("meshes_of_the_collection_become_valid_surfaces");
     }

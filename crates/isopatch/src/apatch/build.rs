@@ -4,7 +4,7 @@ use super::edge::{EdgeFunction, EdgeSide, Flank};
 use super::face::{FaceFunction, FaceSide};
 use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
-use crate::hull::{Class, Hull, Side};
+use crate::hull::{Class, Hull, Reason, Side};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use rayon::prelude::*;
 
@@ -36,23 +36,46 @@ const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 
 /// Computes the function (all ten steps of the paper's §4), in linear time.
 ///
-/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`].
+/// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`]; where
+/// that does not help although the mesh was refined, or vertices became corners all the same, it is also made without refinement,
+/// and kept so if that has no more corners, see [`Hull::unrefined`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
+    let (mut function, left) = unfolded(hull, options);
+    let cuts = |hull: &Hull| (hull.corners().len(), hull.added_creases().len());
+    let avoidable = |hull: &Hull| hull.corners().iter().any(|c| c.reason != Reason::NoVisibleNormal);
+    if (!left.is_empty() || avoidable(&function.hull))
+        && let Some(hull) = function.hull.unrefined()
+    {
+        let (plain, _) = unfolded(hull, options);
+        if !left.is_empty() || cuts(&plain.hull) <= cuts(&function.hull) {
+            function = plain;
+        }
+    }
+    function.with_free(&options.free)
+}
+
+/// The function on a hull that is changed until no patch turns over, and those that do when that has been tried often enough.
+fn unfolded(hull: Hull, options: &APatchOptions) -> (APatchFunction, Patches) {
     let mut function = assemble(hull, options);
     let mut among = Patches::all(&function);
-    for round in 0..ROUNDS {
-        let folded = check::folded(&function, &among, round > 0);
+    let mut folded = check::folded(&function, &among, false);
+    for _ in 0..ROUNDS {
         if folded.is_empty() {
             break;
         }
+        let faces = function.faces.len();
         let (hull, changed) = function.hull.relieved(&folded.faces, &folded.edges);
         function = assemble(hull, options);
         if changed.is_empty() {
             break;
         }
-        among = Patches::around(&function, &changed).with(folded);
+        among = match function.faces.len() == faces {
+            true => Patches::around(&function, &changed).with(folded),
+            false => Patches::all(&function),
+        };
+        folded = check::folded(&function, &among, true);
     }
-    function.with_free(&options.free)
+    (function, folded)
 }
 
 /// Rounds of looking for patches that turn over. Hulls ran out of things to change after at most 12.
@@ -194,10 +217,12 @@ impl APatchFunction {
             .map(|f| match free {
                 Free::Default => [standard(f, 0), standard(f, 1)],
                 Free::Global(b) => [*b; 2],
-                Free::PerFace(values) => [0, 1].map(|s| match values.get(f) {
-                    Some(given) if given[s].is_finite() => given[s],
-                    _ => standard(f, s),
-                }),
+                Free::PerFace(values) => {
+                    [0, 1].map(|s| match values.get(self.hull.source_face(f.into()).index()) {
+                        Some(given) if given[s].is_finite() => given[s],
+                        _ => standard(f, s),
+                    })
+                }
             })
             .collect();
         self

@@ -26,7 +26,8 @@ pub enum Free {
     /// The same everywhere. Larger values pull the surface towards the mesh, smaller ones let it bulge; below the sufficient
     /// bound it may break.
     Global(f64),
-    /// One for the outer and one for the inner side of every face; not finite where the default is wanted.
+    /// One for the outer and one for the inner side of every face of the mesh that the hull was built for; not finite where the
+    /// default is wanted.
     PerFace(Vec<[f64; 2]>),
 }
 

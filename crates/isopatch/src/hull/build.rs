@@ -1,9 +1,9 @@
 //! The steps from data to a hull, and from a finished hull to another.
 
 use super::builder::{Builder, gradients};
-use super::corner;
 use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
+use super::refine::{self, Refinement};
 use super::repair;
 use super::simplicial_hull::Hull;
 use crate::mesh::{EdgeId, VertexId};
@@ -13,12 +13,19 @@ use crate::mesh::{EdgeId, VertexId};
 /// Linear in the number of faces. The paper's rule follows §3.1; the robust rule then raises apexes, and looks for other
 /// directions and, at the vertices concerned, other normals, for the faces where that fails.
 pub fn build(data: HermiteMesh, options: &HullOptions) -> Hull {
+    built(data, options, Refinement::default())
+}
+
+/// The same where something is known about what refinement leads to.
+pub(super) fn built(data: HermiteMesh, options: &HullOptions, refinement: Refinement) -> Hull {
     let mut builder = Builder::new(data, options);
+    builder.refinement = refinement;
     if let ApexRule::Robust(rule) = options.rule {
         builder.raise((0..builder.data.mesh().edge_count()).map(EdgeId::from).collect(), &rule);
         repair::repair(&mut builder, &rule);
         if rule.corners {
-            corner::make_corners(&mut builder, &rule);
+            repair::join_sides(&mut builder, &rule);
+            refine::refine_or_cut(&mut builder, &rule);
         }
     }
     builder.finish()
@@ -38,6 +45,7 @@ pub(super) fn altered<T>(
     builder.added_creases = hull.added_creases;
     builder.effort = hull.reliefs.effort;
     builder.reliefs = hull.reliefs;
+    builder.refinement = hull.refinement;
     let result = change(&mut builder, &rule);
     let mut hull = builder.finish();
     hull.moved_normals.extend(moved);

@@ -9,15 +9,19 @@ use super::hermite::HermiteMesh;
 use super::options::{ApexRule, HullOptions, RobustApexes};
 use super::place::{RAISES_FOR_FOLDS, apexes, default_direction, placed, placed_at};
 use super::problem::{Problem, Reason};
+use super::refine::{self, Refined, Refinement, Way};
 use super::relief::Reliefs;
 use super::repair;
 use super::shear;
 use super::simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, frame};
+use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// A hull in the making. `faults` counts, per face, what is wrong with it and its edges.
+#[derive(Clone)]
 pub(super) struct Builder<'a> {
     pub data: HermiteMesh,
     options: &'a HullOptions,
@@ -37,13 +41,25 @@ pub(super) struct Builder<'a> {
     pub corners: Vec<Corner>,
     pub added_creases: Vec<AddedCrease>,
     pub reliefs: Reliefs,
+    pub refinement: Refinement,
 }
 
 /// How many faces and edges may be looked at in relaxing: so many, and so many more for each face of the mesh.
 const EFFORT: usize = 16_000_000;
 const EFFORT_PER_FACE: usize = 20;
 
+/// How many more each time that something is refined.
+const EFFORT_OF_REFINEMENT: usize = 1_000_000;
+
+/// Height of apexes on parallel lines, as a multiple of the largest of the lowest ones.
+const ALIGNED: f64 = 1.5;
+
+/// The part of the best product from which on a normal perpendicular to its edge is good enough.
+const STRAIGHT_SHARE: f64 = 0.3;
+const RAISES_OF_ALIGNED: usize = 24;
+
 /// What was there before a change.
+#[derive(Clone)]
 enum Change {
     Face(FaceId, HullFace),
     Gradient(HalfEdgeId, Vec3),
@@ -92,6 +108,7 @@ impl<'a> Builder<'a> {
             corners: Vec::new(),
             added_creases: Vec::new(),
             reliefs: Reliefs::default(),
+            refinement: Refinement::default(),
         };
         for f in 0..builder.faces.len() {
             builder.check_face(f.into());
@@ -348,6 +365,153 @@ impl<'a> Builder<'a> {
         self.check_edges(&edges);
     }
 
+    /// Cuts off the corners of the faces at some vertices, which changes no shape. What was there before can't be rolled back to.
+    pub fn refine(&mut self, vertices: &[VertexId]) -> bool {
+        let Some(refined) = refine::cut_corners(&self.data, vertices, self.refinement.way) else {
+            return false;
+        };
+        let Refined { data, face_source, edge_source, vertex_source } = refined;
+        let (old, mesh) = (self.data.mesh(), data.mesh());
+        let mut is_new = vec![false; mesh.face_count()];
+        (old.face_count()..mesh.face_count()).for_each(|f| {
+            is_new[f] = true;
+            is_new[face_source[f].index()] = true;
+        });
+        let faces = mesh.faces().map(|f| match is_new[f.index()] {
+            true => {
+                let frame = frame(&data, f);
+                placed(&frame, default_direction(&frame, self.options), self.options)
+            }
+            false => self.faces[f.index()],
+        });
+        let faces: Vec<HullFace> = faces.collect();
+        // What was given at the corners of old vertices; nothing was at those of new ones.
+        let given = mesh.half_edges().map(|h| {
+            let v = mesh.origin(h);
+            let source = face_source[mesh.face(h).index()];
+            let corner = old.face_half_edges(source).find(|g| old.origin(*g) == v);
+            corner.map_or(data.gradient(h), |g| self.given[g.index()])
+        });
+        let given: Vec<Vec3> = given.collect();
+        let mut added_creases = Vec::new();
+        for crease in &self.added_creases {
+            let parts = mesh.edges().filter(|e| edge_source[e.index()] == Some(crease.edge));
+            added_creases.extend(parts.map(|edge| AddedCrease { edge, ..*crease }));
+        }
+        let mut reliefs = std::mem::take(&mut self.reliefs);
+        reliefs.forget(&|f| is_new[f.index()]);
+        let mut refinement = std::mem::take(&mut self.refinement);
+        if refinement.given.is_none() {
+            let mut original = self.data.clone();
+            old.half_edges().for_each(|h| original.set_gradient(h, self.given[h.index()]));
+            self.added_creases.iter().for_each(|crease| original.set_crease(crease.edge, false));
+            refinement.given = Some(Arc::new(original));
+        }
+        refinement.extend(vertices, &face_source, &vertex_source, old.vertex_count());
+        let builder = Self::with_faces(data, faces, given, self.options);
+        *self = Self {
+            corners: std::mem::take(&mut self.corners),
+            added_creases,
+            reliefs,
+            refinement,
+            effort: self.effort + EFFORT_OF_REFINEMENT,
+            ..builder
+        };
+        if self.refinement.way != Way::AtPart {
+            vertices.iter().for_each(|v| self.align(*v));
+        }
+        true
+    }
+
+    /// Puts the apexes of the faces around a vertex on parallel lines, equally far, so that none is in another's cell, and turns the
+    /// normals at the other ends of its edges so that layer 1 of these faces is positive.
+    fn align(&mut self, v: VertexId) {
+        for sector in self.data.sectors(v) {
+            let faces: Vec<FaceId> = sector.iter().map(|h| self.data.mesh().face(*h)).collect();
+            let Some(direction) = sector.first().map(|h| self.data.gradient(*h).normalize()) else {
+                continue;
+            };
+            if faces.iter().any(|f| self.frame(*f).normal.dot(&direction) <= 0.0) {
+                continue;
+            }
+            let mesh = self.data.mesh();
+            let mut ends: Vec<HalfEdgeId> =
+                sector.iter().flat_map(|h| [mesh.next(*h), mesh.prev(*h)]).collect();
+            let mut turned: Vec<(HalfEdgeId, Vec3)> = Vec::new();
+            ends.sort_unstable();
+            while let Some(first) = ends.first().copied() {
+                let end = mesh.origin(first);
+                let sectors = self.data.sectors(end);
+                let Some(around) = sectors.into_iter().find(|sector| sector.contains(&first)) else { break };
+                let here: Vec<HalfEdgeId> = ends.iter().copied().filter(|h| around.contains(h)).collect();
+                ends.retain(|h| !here.contains(h));
+                if let Some(gradient) = self.aligned_gradient(v, &here, &direction) {
+                    turned.extend(around.into_iter().map(|h| (h, gradient)));
+                }
+            }
+            let mut touched: Vec<FaceId> = turned.iter().map(|(h, _)| mesh.face(*h)).collect();
+            touched.sort_unstable();
+            touched.dedup();
+            turned.iter().for_each(|(h, gradient)| self.turn(*h, *gradient));
+            for f in &touched {
+                let face = placed(&self.frame(*f), self.default_direction(*f), self.options);
+                self.set_face(*f, face);
+            }
+            let mut placed: Vec<HullFace> =
+                faces.iter().map(|f| placed(&self.frame(*f), direction, self.options)).collect();
+            for side in Side::BOTH {
+                let s = side.index();
+                let highest = placed.iter().map(|face| face.heights[s]).fold(0.0, f64::max);
+                placed.iter_mut().for_each(|face| face.heights[s] = ALIGNED * highest);
+            }
+            faces.iter().zip(placed).for_each(|(f, face)| self.set_face(*f, face));
+            let edges = self.edges_around(touched.into_iter());
+            self.check_edges(&edges);
+            let spokes: Vec<EdgeId> = sector.iter().map(|h| self.data.mesh().edge(*h)).collect();
+            for _ in 0..RAISES_OF_ALIGNED {
+                if !spokes.iter().any(|e| self.is_bad_edge(*e)) {
+                    break;
+                }
+                faces.iter().for_each(|f| self.raise_face(*f, ALIGNED));
+                let edges = self.edges_around(faces.iter().copied());
+                self.check_edges(&edges);
+            }
+        }
+    }
+
+    /// A gradient for the end of an edge from v, where the corners of faces at v are, with which the coefficients of layer 1 over the
+    /// edges of these faces are positive if all apexes are far away in `direction`.
+    ///
+    /// Over an edge along the unit vector e, between gradients n and m, that is (n + m)·r > 0 with r = d − 3 (d·e) e; a long m
+    /// does that if m·r > 0.
+    fn aligned_gradient(&self, v: VertexId, corners: &[HalfEdgeId], direction: &Vec3) -> Option<Vec3> {
+        let mesh = self.data.mesh();
+        let at = |v: VertexId| self.data.positions()[v.index()];
+        let first = *corners.first()?;
+        let end = mesh.origin(first);
+        let towards = |w: VertexId| {
+            let along = (at(w) - at(end)).normalize();
+            direction - 3.0 * direction.dot(&along) * along
+        };
+        let mut seen = vec![*direction, towards(v).normalize()];
+        for h in corners {
+            let third = mesh.triangle(mesh.face(*h)).into_iter().find(|w| *w != v && *w != end)?;
+            seen.extend([towards(third).normalize(), repair::normal_at(&self.data, *h)]);
+        }
+        let (best, product) = most_visible_direction(&seen)?;
+        if product <= 0.0 {
+            return None;
+        }
+        // Perpendicular to the edge if that will do: then what comes behind it can be straight.
+        let along = (at(end) - at(v)).normalize();
+        let across = (direction - direction.dot(&along) * along).normalize();
+        let least = seen.iter().map(|s| s.dot(&across)).fold(f64::INFINITY, f64::min);
+        let normal = if least >= STRAIGHT_SHARE * product { across } else { best };
+        let length = self.data.gradient(first).norm();
+        let least = -direction.dot(&towards(v)) / normal.dot(&towards(v));
+        Some(length * least.max(1.0) * normal)
+    }
+
     /// The direction that a face has before anything is repaired.
     pub fn default_direction(&self, f: FaceId) -> Vec3 {
         default_direction(&self.frame(f), self.options)
@@ -375,7 +539,8 @@ impl<'a> Builder<'a> {
         }
         let is_corner = |v: &VertexId| self.corners.binary_search_by_key(v, |c| c.vertex).is_ok();
         let moved = |v: &VertexId| mesh.ring(*v).any(|h| self.given[h.index()] != self.data.gradient(h));
-        let moved_normals = mesh.vertices().filter(|v| moved(v) && !is_corner(v)).collect();
+        let moved_normals =
+            mesh.vertices().filter(|v| moved(v) && !is_corner(v) && !self.refinement.is_new(*v)).collect();
         Hull {
             faces: self.faces,
             edges: self.edges,
@@ -385,6 +550,7 @@ impl<'a> Builder<'a> {
             added_creases: self.added_creases,
             options: *self.options,
             reliefs: self.reliefs,
+            refinement: self.refinement,
             data: self.data,
         }
     }

@@ -57,6 +57,23 @@ pub(super) fn make_corners(builder: &mut Builder<'_>, rule: &RobustApexes) {
     builder.reliefs.steps = steps;
 }
 
+/// Cuts a vertex at which something is not seen from any direction, as coarsely as leaves nothing bad around it.
+pub(super) fn cut_hidden(builder: &mut Builder<'_>, v: VertexId, rule: &RobustApexes) {
+    let mut steps = std::mem::take(&mut builder.reliefs.steps);
+    let last = CUTS.len() - 1;
+    for step in 1..=last {
+        let mark = builder.mark();
+        let Some(creases) = cut_vertex(builder, v, CUTS[step], rule) else { continue };
+        let mesh = builder.data.mesh();
+        if step == last || !mesh.ring(v).any(|h| builder.is_bad(mesh.face(h))) {
+            keep(builder, v, step, Reason::NoVisibleNormal, creases, &mut steps);
+            break;
+        }
+        builder.roll_back_to(mark);
+    }
+    builder.reliefs.steps = steps;
+}
+
 /// Cuts the first of these vertices that can be cut finer, as coarsely as changes anything.
 pub(super) fn cut_further(
     builder: &mut Builder<'_>,

@@ -30,6 +30,7 @@ mod hermite;
 mod options;
 mod place;
 mod problem;
+mod refine;
 mod relax;
 mod relief;
 mod repair;

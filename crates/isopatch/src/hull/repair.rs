@@ -54,6 +54,31 @@ pub(super) fn turn_hidden_normals(data: &mut HermiteMesh, least: f64) {
     }
 }
 
+/// The same for vertices at fault and around it, beside a finished hull.
+pub(super) fn show_hidden_normals(builder: &mut Builder<'_>, vertices: &[VertexId]) {
+    let mesh = builder.data.mesh();
+    let mut near: Vec<VertexId> =
+        vertices.iter().flat_map(|v| mesh.ring(*v)).flat_map(|h| mesh.triangle(mesh.face(h))).collect();
+    near.sort_unstable();
+    near.dedup();
+    let mut touched = Vec::new();
+    for sector in near.into_iter().flat_map(|v| builder.data.sectors(v)).collect::<Vec<_>>() {
+        let seen = |h: &HalfEdgeId| normal_at(&builder.data, *h).dot(&builder.data.gradient(*h).normalize());
+        let least = sector.iter().map(seen).fold(f64::INFINITY, f64::min);
+        if let Some((direction, _)) =
+            most_visible(&builder.data, &sector).filter(|(_, best)| least < 0.5 * best)
+        {
+            for h in sector {
+                builder.turn(h, builder.data.gradient(h).norm() * direction);
+                touched.push(builder.data.mesh().face(h));
+            }
+        }
+    }
+    touched.sort_unstable();
+    touched.dedup();
+    builder.recheck(&touched);
+}
+
 /// Unit normal of the face at a corner.
 pub(super) fn normal_at(data: &HermiteMesh, corner: HalfEdgeId) -> Vec3 {
     normals::of_face(data.mesh(), data.positions(), data.mesh().face(corner))
@@ -113,6 +138,54 @@ pub(super) fn relax_around(builder: &mut Builder<'_>, v: VertexId, rule: &Robust
     for cluster in clusters(builder, &bad) {
         relax::relax_here(builder, &cluster, rule);
     }
+}
+
+/// Gives the sides of creases one normal where they meet at a vertex at fault, if one sees all faces there: a crease that turns back
+/// sharply may have a tangent plane in its tip.
+pub(super) fn join_sides(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    for e in builder.bad_edges() {
+        let Some(v) = builder.fault_of_crease(e) else { continue };
+        let ring: Vec<HalfEdgeId> = builder.data.mesh().ring(v).collect();
+        let seen = most_visible(&builder.data, &ring).filter(|(_, product)| *product > rule.visibility);
+        let Some((direction, _)) = seen else { continue };
+        let (before, mark) = (builder.score, builder.mark());
+        let gradients: Vec<(HalfEdgeId, Vec3)> =
+            ring.iter().map(|h| (*h, builder.data.gradient(*h).norm() * direction)).collect();
+        let faces: Vec<FaceId> = ring.iter().map(|h| builder.data.mesh().face(*h)).collect();
+        builder.set(&[], &gradients);
+        builder.place_by_default(&faces, rule);
+        relax_around(builder, v, rule);
+        if builder.score >= before {
+            builder.roll_back_to(mark);
+        }
+    }
+}
+
+/// The least product with the normals of the faces around a vertex of the best direction, in the sector where that is least.
+pub(super) fn best_visibility(data: &HermiteMesh, v: VertexId) -> f64 {
+    let of = |sector: &Vec<HalfEdgeId>| most_visible(data, sector).map_or(-1.0, |(_, product)| product);
+    data.sectors(v).iter().map(of).fold(f64::INFINITY, f64::min)
+}
+
+/// Vertices at which something is bad: for each bad face the one whose faces are seen worst, for each bad edge the end where that is
+/// worse.
+pub(super) fn at_fault(builder: &Builder<'_>) -> Vec<VertexId> {
+    let (data, mesh) = (&builder.data, builder.data.mesh());
+    let mut found = Vec::new();
+    let mut take = |among: &[VertexId]| {
+        let seen = among.iter().copied().map(|v| (v, best_visibility(data, v)));
+        found.extend(seen.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(v, _)| v));
+    };
+    for f in mesh.faces().filter(|f| builder.fault_of_face(*f).is_some()) {
+        take(&mesh.triangle(f));
+    }
+    for e in builder.bad_edges() {
+        let h = mesh.edge_half_edge(e);
+        take(&[mesh.origin(h), mesh.dest(h)]);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// The bad faces as sets that hang together over edges.

@@ -7,6 +7,7 @@ use super::face::FaceFrame;
 use super::hermite::HermiteMesh;
 use super::options::HullOptions;
 use super::problem::{Problem, Reason};
+use super::refine::Refinement;
 use super::relief::Reliefs;
 use super::shear;
 use crate::geom::{Point3, Vec3};
@@ -46,6 +47,7 @@ pub struct Hull {
     pub(super) added_creases: Vec<AddedCrease>,
     pub(super) options: HullOptions,
     pub(super) reliefs: Reliefs,
+    pub(super) refinement: Refinement,
 }
 
 /// A vertex that was given several normals, because no single one would do.
@@ -91,7 +93,19 @@ impl From<HullParts> for Hull {
     fn from(parts: HullParts) -> Self {
         let HullParts { data, faces, edges, problems, moved_normals, corners, added_creases } = parts;
         let (options, reliefs) = (HullOptions::default(), Reliefs::default());
-        Self { data, faces, edges, problems, moved_normals, corners, added_creases, options, reliefs }
+        let refinement = Refinement::default();
+        Self {
+            data,
+            faces,
+            edges,
+            problems,
+            moved_normals,
+            corners,
+            added_creases,
+            options,
+            reliefs,
+            refinement,
+        }
     }
 }
 
@@ -129,6 +143,37 @@ impl Hull {
     /// Edges that were made creases so that no problem remains, in order: those of the corners, and single ones.
     pub fn added_creases(&self) -> &[AddedCrease] {
         &self.added_creases
+    }
+
+    /// Vertices of the given mesh around which it was refined, in order: corners of faces there were cut off, in their planes and
+    /// with straight edges, so that no vertex sees its faces otherwise, because no smooth hull was found without.
+    ///
+    /// The vertices that were given come first and keep their numbers, and so do the faces, of which one piece each does.
+    pub fn refined_vertices(&self) -> &[VertexId] {
+        &self.refinement.vertices
+    }
+
+    /// The face of the given mesh in which a face lies.
+    pub fn source_face(&self, f: FaceId) -> FaceId {
+        self.refinement.face(f)
+    }
+
+    /// The vertices of the given mesh between which a vertex lies: the ends of an edge, or the same vertex twice, itself or, inside
+    /// a face, one of it.
+    pub fn source_vertices(&self, v: VertexId) -> [VertexId; 2] {
+        self.refinement.vertex(v)
+    }
+
+    /// The ends of the edge of the given mesh on which an edge lies; a vertex nearby twice if it lies on none.
+    pub fn source_edge(&self, e: EdgeId) -> [VertexId; 2] {
+        let mesh = self.data.mesh();
+        let h = mesh.edge_half_edge(e);
+        self.refinement.edge_of([mesh.origin(h), mesh.dest(h)])
+    }
+
+    /// How many faces refinement added.
+    pub fn added_faces(&self) -> usize {
+        self.refinement.added_faces()
     }
 
     /// Faces that have a problem themselves or at one of their edges, in order.

@@ -12,7 +12,7 @@ use crate::geom::{Point3, Vec3};
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions, Problem, Reason};
 use crate::io::read::PolygonMesh;
 use crate::mesh::{
-    HalfEdgeMesh, Place, PrepareOptions, creases, gradient_lengths,
+    EdgeId, HalfEdgeMesh, Place, PrepareOptions, VertexId, creases, gradient_lengths,
     normals::{self, NormalRule},
 };
 use crate::report::{APatchReport, Seconds};
@@ -285,20 +285,32 @@ fn of_triangles(free: &Free, face_source: &[u32]) -> Free {
 
 /// What does not fit, a line for every reason, and what was changed to make more fit.
 fn problems(function: &APatchFunction, sources: &Sources) -> Vec<Repair> {
-    let (hull, mesh) = (function.hull(), function.hull().data().mesh());
-    let moved: Vec<Place> = hull.moved_normals().iter().map(|v| sources.of_vertex(*v)).collect();
-    let added: Vec<Place> = hull.added_creases().iter().map(|c| sources.of_edge(mesh, c.edge)).collect();
-    let corners: Vec<Place> = hull.corners().iter().map(|c| sources.of_vertex(c.vertex)).collect();
+    let hull = function.hull();
+    // Of what refinement added, what it lies on.
+    let at_vertex = |v: VertexId| sources.of_vertex(hull.source_vertices(v)[0]);
+    let at_edge = |e: EdgeId| match hull.source_edge(e) {
+        [v, w] if v == w => sources.of_vertex(v),
+        ends => sources.between(ends),
+    };
+    let refined: Vec<Place> = hull.refined_vertices().iter().map(|v| sources.of_vertex(*v)).collect();
+    let cut = format!(
+        "faces around them were cut, in their planes, into {} more, which leaves room for smooth patches",
+        hull.added_faces()
+    );
+    let moved: Vec<Place> = hull.moved_normals().iter().map(|v| at_vertex(*v)).collect();
+    let added: Vec<Place> = hull.added_creases().iter().map(|c| at_edge(c.edge)).collect();
+    let corners: Vec<Place> = hull.corners().iter().map(|c| at_vertex(c.vertex)).collect();
     let changes = [
+        ("vertices refined", refined, cut.as_str()),
         ("normals moved", moved, "they did not see the faces around them, or left no room for an apex"),
         ("creases added", added, "without them there is no valid surface"),
         ("corners made", corners, "no single normal sees all faces around them, or leaves room for an apex"),
     ];
     let changes = changes.into_iter().filter_map(|(what, places, why)| word(what, &places, why));
     let place = |problem: &Problem| match problem {
-        Problem::Vertex { vertex, .. } => sources.of_vertex(*vertex),
-        Problem::Face { face, .. } => sources.of_face(*face),
-        Problem::Edge { edge, .. } => sources.of_edge(mesh, *edge),
+        Problem::Vertex { vertex, .. } => at_vertex(*vertex),
+        Problem::Face { face, .. } => sources.of_face(hull.source_face(*face)),
+        Problem::Edge { edge, .. } => at_edge(*edge),
     };
     let left = Reason::ALL.into_iter().filter_map(|reason| {
         let problems = hull.problems().iter().filter(|problem| problem.reason() == reason);

@@ -124,6 +124,12 @@ impl Sources {
         [a.min(b), a.max(b)]
     }
 
+    /// The edge between two vertices.
+    pub fn between(&self, ends: [VertexId; 2]) -> Place {
+        let [a, b] = ends.map(|v| self.vertex[v.index()]);
+        Place::Edge(a.min(b), a.max(b))
+    }
+
     /// An edge of `mesh`.
     pub fn of_edge(&self, mesh: &HalfEdgeMesh, e: EdgeId) -> Place {
         let [a, b] = self.ends(mesh, e);
