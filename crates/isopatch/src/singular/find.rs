@@ -9,6 +9,7 @@ use super::set::{CurveSample, LowerDimensional, PointKind, SingularPoint, Singul
 use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
 use super::trace::{Arc, End, STEP, Tracer};
+use super::uncovered::{is_singular_along, uncovered};
 use super::unit::UnitPolynomial;
 use crate::field::QuadraticPolynomial;
 use crate::geom::{Aabb, BoxTree, Point3};
@@ -159,6 +160,8 @@ pub(super) fn find(
         places = merged(&[places, more].concat());
         arcs = self::arcs(unit, &search.along, &places);
     }
+    let more = uncovered(unit, &search.along, &arcs, &places);
+    let places = merged(&[places, more].concat());
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
@@ -310,7 +313,7 @@ fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc
         }
         arcs.push(arc);
     }
-    arcs
+    arcs.into_par_iter().filter(|arc| is_singular_along(f, arc)).collect()
 }
 
 /// Where two arcs that could not be followed to their ends meet, if they are continued: polynomials through samples

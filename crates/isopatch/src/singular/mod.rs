@@ -12,6 +12,7 @@ mod lattice;
 pub mod mesh;
 mod multiplicity;
 mod points;
+mod precise;
 mod recognize;
 mod reduced;
 mod search;
@@ -21,6 +22,7 @@ mod subdivide;
 mod taylor;
 mod tolerance;
 mod trace;
+mod uncovered;
 mod unit;
 
 pub use components::Components;
