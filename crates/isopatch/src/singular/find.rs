@@ -153,15 +153,15 @@ pub(super) fn find(
     let mut places = merged(&search.degenerate);
     let mut arcs = arcs(unit, &search.along, &places);
     for _ in 0..REPAIRS {
-        let more = missed(unit, &arcs, &places)?;
-        if more.is_empty() {
+        let mut more = missed(unit, &arcs, &places)?;
+        more.extend(uncovered(unit, &search.along, &arcs, &places));
+        let all = merged(&[places.clone(), more].concat());
+        if all.len() == places.len() {
             break;
         }
-        places = merged(&[places, more].concat());
+        places = all;
         arcs = self::arcs(unit, &search.along, &places);
     }
-    let more = uncovered(unit, &search.along, &arcs, &places);
-    let places = merged(&[places, more].concat());
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();

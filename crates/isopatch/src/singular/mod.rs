@@ -28,7 +28,7 @@ mod unit;
 pub use components::Components;
 pub use error::SingularError;
 pub use reduced::without_repeated_factors;
-pub use search::{Analysis, SingularOptions, analyse, singular_set};
+pub use search::{Analysis, SingularOptions, analyse, components, singular_set};
 pub use set::{
     CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
     SpecialKind, SpecialPoint, Status,

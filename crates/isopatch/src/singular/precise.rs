@@ -24,6 +24,8 @@ const STEPS: usize = 240;
 const HIGHEST_ORDER: u32 = 8;
 /// The rate of convergence is known when two estimates are this close.
 const RATE: f64 = 5e-3;
+/// A sequence that converges more slowly, over two steps, is none of a root of an order that is met.
+const SLOWEST: f64 = 0.9;
 /// An extrapolation goes this part of the way: one that hits a root to all digits leaves nothing but rounding in its
 /// direction, and the others not yet found.
 const SHORT_OF: f64 = 1.0 - 1.0 / 256.0;
@@ -136,7 +138,7 @@ impl Precise {
         let origin = [start.x, start.y, start.z].map(fixed);
         let mut at = origin.clone();
         let mut pairs = Pairs::new(&at);
-        let mut digits = 0;
+        let (mut digits, mut last) = (0, None);
         for number in 0..STEPS {
             let jet = self.jet(&at);
             let gradient: Vec<BigInt> = basis.iter().map(|b| dot(b, &jet.gradient)).collect();
@@ -156,7 +158,9 @@ impl Precise {
                 pairs = Pairs::new(&at);
                 continue;
             };
-            let found = WORKING.saturating_sub(step.iter().map(BigInt::bits).max().unwrap_or(0));
+            let short = WORKING.saturating_sub(step.iter().map(BigInt::bits).max().unwrap_or(0));
+            // The longer one of two: steps towards a valley and along it.
+            let found = short.min(last.replace(short).unwrap_or(0));
             if found + GUARD < digits {
                 // Rounding.
                 digits -= GUARD;
@@ -170,7 +174,7 @@ impl Precise {
             if moved.norm() > reach {
                 return None;
             }
-            if found >= CONVERGED {
+            if found >= CONVERGED || (number == 0 && short >= CONVERGED) {
                 break;
             }
             if number % 2 == 1 {
@@ -211,7 +215,7 @@ impl Pairs {
         let changes = [0, 1, 2].map(|a| &at[a] - &self.last[a]);
         let change = Point3::from_fn(|a, _| ratio(&changes[a], WORKING - CONVERGED));
         let rate = self.change.map(|before| before.dot(&change) / before.norm_squared());
-        let known = matches!((self.rate, rate), (Some(a), Some(b)) if (a - b).abs() < RATE && b > 0.0 && b < 1.0);
+        let known = matches!((self.rate, rate), (Some(a), Some(b)) if (a - b).abs() < RATE && b > 0.0 && b < SLOWEST);
         if let (true, Some(rate)) = (known, rate) {
             let order = (1.0 / (1.0 - rate.sqrt())).round();
             self.order = self.order.max(Some((order as u32).min(HIGHEST_ORDER)));

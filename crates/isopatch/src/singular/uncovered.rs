@@ -2,7 +2,7 @@
 
 use super::cell::Cell;
 use super::cluster::{clusters, hull};
-use super::precise::{PrecisePoint, critical_point, critical_point_across};
+use super::precise::{critical_point, critical_point_across};
 use super::trace::{Arc, STEP};
 use super::unit::UnitPolynomial;
 use crate::geom::Point3;
@@ -12,6 +12,14 @@ use rayon::prelude::*;
 const CLOSE: f64 = 1e-5;
 /// Starts of Newton's method in one cluster of boxes.
 const STARTS: usize = 12;
+/// As often as this one point is met before a cluster counts as explained.
+const ENOUGH: usize = 3;
+/// An isolated point is met from different starts.
+const TWICE: usize = 2;
+/// Limits closer than this are one, in unit coordinates.
+const SAME: f64 = 1e-12;
+/// Starts on the way from the centre of a cluster to its corners.
+const CORNER: f64 = 0.61;
 /// How far from a start a point is looked for, in unit coordinates.
 const REACH: f64 = 1.0;
 
@@ -21,10 +29,7 @@ pub(super) fn is_singular_along(f: &UnitPolynomial, arc: &Arc) -> bool {
     let n = arc.samples.len();
     [n / 3, 2 * n / 3].iter().all(|&i| {
         let sample = arc.samples[i];
-        match critical_point_across(f, sample.at, sample.tangent, CLOSE) {
-            Some(point) => point.is_singular,
-            None => false,
-        }
+        critical_point_across(f, sample.at, sample.tangent, CLOSE).is_none_or(|point| point.is_singular)
     })
 }
 
@@ -45,16 +50,36 @@ pub(super) fn uncovered(
     };
     let rest: Vec<Cell> = cells.par_iter().filter(|cell| !explained(cell)).cloned().collect();
     let groups = clusters(&rest);
-    let starts: Vec<Point3> = groups
-        .iter()
-        .flat_map(|members| {
+    let found: Vec<Vec<Point3>> = groups
+        .par_iter()
+        .map(|members| {
             let stride = members.len().div_ceil(STARTS);
+            let hull = hull(members.iter().map(|i| &rest[*i]));
             let centers = members.iter().step_by(stride).map(|i| rest[*i].bounds.center());
-            centers.chain([hull(members.iter().map(|i| &rest[*i])).center()]).collect::<Vec<_>>()
+            // Those of one box are one point.
+            let corners = hull.corners().map(|c| hull.center() + CORNER * (c - hull.center()));
+            points_from(f, std::iter::once(hull.center()).chain(centers).chain(corners))
         })
         .collect();
-    let found: Vec<Option<PrecisePoint>> =
-        starts.par_iter().map(|start| critical_point(f, *start, REACH)).collect();
-    let singular = found.into_iter().flatten().filter(|point| point.is_singular);
-    singular.map(|point| (point.nearest(), f64::EPSILON)).collect()
+    found.into_iter().flatten().map(|p| (p, f64::EPSILON)).collect()
+}
+
+/// The singular points to which Newton's method leads from more than one start: on a curve, each leads to a point of its
+/// own. When one is met [`ENOUGH`] times, it is taken for the only one.
+fn points_from(f: &UnitPolynomial, starts: impl Iterator<Item = Point3>) -> Vec<Point3> {
+    let mut found: Vec<(Point3, usize)> = Vec::new();
+    let mut last = None;
+    for start in starts {
+        let Some(point) = critical_point(f, start, REACH).filter(|point| point.is_singular) else { continue };
+        let at = point.nearest();
+        match found.iter_mut().find(|(p, _)| (p - at).norm() < SAME) {
+            Some((_, times)) => *times += usize::from(Some(start) != last),
+            None => found.push((at, 1)),
+        }
+        last = Some(start);
+        if found.iter().any(|(_, times)| *times == ENOUGH) {
+            break;
+        }
+    }
+    found.into_iter().filter(|(_, times)| *times >= TWICE).map(|(p, _)| p).collect()
 }
