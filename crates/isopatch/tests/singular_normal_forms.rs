@@ -53,9 +53,8 @@ fn placed(text: &str, [a, b, c, d]: [i32; 4], place: [i32; 3]) -> String {
         [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
     ];
     let from = |i: usize| format!("({}-({})/30)", ["x", "y", "z"][i], place[i]);
-    let row = |r: [i32; 3]| {
-        format!("((({})*{}+({})*{}+({})*{})/{n})", r[0], from(0), r[1], from(1), r[2], from(2))
-    };
+    let row =
+        |r: [i32; 3]| format!("((({})*{}+({})*{}+({})*{})/{n})", r[0], from(0), r[1], from(1), r[2], from(2));
     let marked = text.replace('x', "X").replace('y', "Y").replace('z', "Z");
     marked.replace('X', &row(rows[0])).replace('Y', &row(rows[1])).replace('Z', &row(rows[2]))
 }

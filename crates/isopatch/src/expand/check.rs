@@ -28,7 +28,8 @@ pub struct Check {
 impl Check {
     /// Is there nothing to complain about?
     pub fn is_right(&self) -> bool {
-        let faults = [self.gap_edges, self.bad_edges, self.missing_segments, self.crowded_segments, self.folded];
+        let faults =
+            [self.gap_edges, self.bad_edges, self.missing_segments, self.crowded_segments, self.folded];
         faults.iter().all(|count| *count == 0)
     }
 }

@@ -89,7 +89,9 @@ pub fn write_glb_with(
 
 /// Adds points of a drawing mode after what the scene has; nothing where there are none, or no triangles.
 fn add_primitive(scene: &mut Value, mode: u32, points: &[Point3], center: &Vec3) {
-    let (Some(length), false) = (scene["buffers"][0]["byteLength"].as_u64(), points.is_empty()) else { return };
+    let (Some(length), false) = (scene["buffers"][0]["byteLength"].as_u64(), points.is_empty()) else {
+        return;
+    };
     let bounds = Aabb::around(points);
     let accessor = json!({ "bufferView": 0, "componentType": FLOAT, "count": points.len(), "type": "VEC3",
         "min": relative(&bounds.min, center), "max": relative(&bounds.max, center) });

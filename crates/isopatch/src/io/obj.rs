@@ -12,11 +12,7 @@ pub fn write_obj(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
 }
 
 /// The same, and thin parts as elements of their own: `p` for points, `l` for curves.
-pub fn write_obj_with(
-    mesh: &Tessellation,
-    thin: &ThinParts,
-    out: &mut impl Write,
-) -> Result<(), WriteError> {
+pub fn write_obj_with(mesh: &Tessellation, thin: &ThinParts, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
     let vectors = |keyword: &'static [u8], vectors: &[Vec3], out: &mut _| {
         write_items(out, vectors.len(), |v, text| {

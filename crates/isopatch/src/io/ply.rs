@@ -12,11 +12,7 @@ pub fn write_ply(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
 }
 
 /// The same, and thin parts: isolated points as vertices without a face, curves as elements `edge`; their normals are 0.
-pub fn write_ply_with(
-    mesh: &Tessellation,
-    thin: &ThinParts,
-    out: &mut impl Write,
-) -> Result<(), WriteError> {
+pub fn write_ply_with(mesh: &Tessellation, thin: &ThinParts, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
     let mesh = mesh.with_split_creases();
     let segments = thin.segments(mesh.positions.len());
@@ -32,10 +28,7 @@ pub fn write_ply_with(
         writeln!(out, "property double {name}")?;
     }
     let faces = mesh.triangles.len();
-    write!(
-        out,
-        "element face {faces}\nproperty list uchar uint vertex_indices\nproperty uint patch\n"
-    )?;
+    write!(out, "element face {faces}\nproperty list uchar uint vertex_indices\nproperty uint patch\n")?;
     if !segments.is_empty() {
         write!(out, "element edge {}\nproperty uint vertex1\nproperty uint vertex2\n", segments.len())?;
     }

@@ -295,11 +295,6 @@ impl FittedSingular {
         parts
     }
 
-    /// The singular set as polylines, points as lines of one point, for pictures.
-    pub fn singular_lines(&self) -> Vec<Vec<Point3>> {
-        self.set.lines()
-    }
-
     /// What an expansion could not do; empty for the conforming triangulation.
     pub fn repairs(&self) -> Vec<Repair> {
         let Some(check) = &self.check else { return Vec::new() };

@@ -82,7 +82,9 @@ impl Algebraic<'_> {
         }
         self.is_inside(at, radius, exact.as_ref()).then(|| SingularPoint {
             at: exact.as_ref().map_or(self.unit.model(at), nearest),
-            kind: exact.as_ref().map_or_else(|| kind(&self.unit.taylor(at).hessian()), |p| self.exact_kind(p)),
+            kind: exact
+                .as_ref()
+                .map_or_else(|| kind(&self.unit.taylor(at).hessian()), |p| self.exact_kind(p)),
             multiplicity: exact
                 .as_ref()
                 .filter(|_| self.exact.radicand == 1)

@@ -18,6 +18,9 @@ const CONVERGED: u64 = 264;
 const FEWEST: u64 = 60;
 /// Coefficients with √d are known to 256 digits; what is derived from them, to this many.
 const OF_ROOTS: u64 = 240;
+/// A start from which so many steps have found no more than these digits is given up.
+const EARLY: usize = 36;
+const EARLY_DIGITS: u64 = 18;
 /// Steps: an extrapolation, once in six steps, gains eight digits or more.
 const STEPS: usize = 240;
 /// Where nothing is known of the order of a root, it is taken for one of this order.
@@ -118,9 +121,9 @@ impl Precise {
                 .map(|(e, c)| {
                     let falling: usize =
                         (0..3).map(|a| (0..by[a]).map(|k| e[a] - k).product::<usize>()).product();
-                    (0..3).filter(|a| e[*a] > by[*a]).fold(c * falling, |term, a| {
-                        (term * &powers[a][e[a] - by[a]]) >> WORKING
-                    })
+                    (0..3)
+                        .filter(|a| e[*a] > by[*a])
+                        .fold(c * falling, |term, a| (term * &powers[a][e[a] - by[a]]) >> WORKING)
                 })
                 .sum::<BigInt>()
         };
@@ -174,6 +177,9 @@ impl Precise {
             if moved.norm() > reach {
                 return None;
             }
+            if number > EARLY && digits < EARLY_DIGITS {
+                return None;
+            }
             if found >= CONVERGED || (number == 0 && short >= CONVERGED) {
                 break;
             }
@@ -215,7 +221,8 @@ impl Pairs {
         let changes = [0, 1, 2].map(|a| &at[a] - &self.last[a]);
         let change = Point3::from_fn(|a, _| ratio(&changes[a], WORKING - CONVERGED));
         let rate = self.change.map(|before| before.dot(&change) / before.norm_squared());
-        let known = matches!((self.rate, rate), (Some(a), Some(b)) if (a - b).abs() < RATE && b > 0.0 && b < SLOWEST);
+        let known =
+            matches!((self.rate, rate), (Some(a), Some(b)) if (a - b).abs() < RATE && b > 0.0 && b < SLOWEST);
         if let (true, Some(rate)) = (known, rate) {
             let order = (1.0 / (1.0 - rate.sqrt())).round();
             self.order = self.order.max(Some((order as u32).min(HIGHEST_ORDER)));
@@ -241,9 +248,7 @@ fn dot(a: &[BigInt; 3], b: &[BigInt; 3]) -> BigInt {
 /// is 0.
 fn newton_step(hessian: &[BigInt; 6], gradient: &[BigInt], basis: &[[BigInt; 3]]) -> Option<Vec<BigInt>> {
     let n = basis.len();
-    let image = |b: &[BigInt; 3]| {
-        [0, 1, 2].map(|i| dot(&[0, 1, 2].map(|j| hessian[PAIR[i][j]].clone()), b))
-    };
+    let image = |b: &[BigInt; 3]| [0, 1, 2].map(|i| dot(&[0, 1, 2].map(|j| hessian[PAIR[i][j]].clone()), b));
     let images: Vec<[BigInt; 3]> = basis.iter().map(image).collect();
     let h: Vec<Vec<BigInt>> =
         basis.iter().map(|b| images.iter().map(|image| dot(b, image)).collect()).collect();

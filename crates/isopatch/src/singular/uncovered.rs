@@ -10,8 +10,10 @@ use rayon::prelude::*;
 
 /// A sample of a curve is this close to it, in unit coordinates, also where sheets touch.
 const CLOSE: f64 = 1e-5;
+/// A curve this long, in unit coordinates, is believed where Newton's method decides nothing.
+const LONG: f64 = 0.05;
 /// Starts of Newton's method in one cluster of boxes.
-const STARTS: usize = 12;
+const STARTS: usize = 8;
 /// As often as this one point is met before a cluster counts as explained.
 const ENOUGH: usize = 3;
 /// An isolated point is met from different starts.
@@ -27,9 +29,13 @@ const REACH: f64 = 1.0;
 /// arc: near an A_k point f and ∇f vanish along a short curve to the rounding of floats, and nowhere exactly.
 pub(super) fn is_singular_along(f: &UnitPolynomial, arc: &Arc) -> bool {
     let n = arc.samples.len();
+    let length: f64 = arc.samples.windows(2).map(|w| (w[1].at - w[0].at).norm()).sum();
     [n / 3, 2 * n / 3].iter().all(|&i| {
         let sample = arc.samples[i];
-        critical_point_across(f, sample.at, sample.tangent, CLOSE).is_none_or(|point| point.is_singular)
+        match critical_point_across(f, sample.at, sample.tangent, CLOSE) {
+            Some(point) => point.is_singular,
+            None => length > LONG,
+        }
     })
 }
 
@@ -77,7 +83,8 @@ fn points_from(f: &UnitPolynomial, starts: impl Iterator<Item = Point3>) -> Vec<
             None => found.push((at, 1)),
         }
         last = Some(start);
-        if found.iter().any(|(_, times)| *times == ENOUGH) {
+        let is_curve = found.len() >= ENOUGH && found.iter().all(|(_, times)| *times == 1);
+        if is_curve || found.iter().any(|(_, times)| *times == ENOUGH) {
             break;
         }
     }
