@@ -313,7 +313,20 @@ fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc
         }
         arcs.push(arc);
     }
-    arcs.into_par_iter().filter(|arc| is_singular_along(f, arc)).collect()
+    let repeats: Vec<bool> = (0..arcs.len()).map(|i| is_repeat(&arcs, i, &special)).collect();
+    let alone = arcs.into_par_iter().zip(repeats).filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
+    alone.map(|(arc, _)| arc).collect()
+}
+
+/// Is a closed arc only a turn on the spot, beside another arc or a special point?
+fn is_repeat(arcs: &[Arc], i: usize, special: &[Point3]) -> bool {
+    /// Samples of an arc that may be one.
+    const FEW: usize = 16;
+    let others = arcs.iter().enumerate().filter(|(j, _)| *j != i).flat_map(|(_, arc)| &arc.samples);
+    let places: Vec<Point3> = others.map(|s| s.at).chain(special.iter().copied()).collect();
+    let is_beside = |s: &CurveSample| places.iter().any(|p| (p - s.at).norm() < STEP);
+    let Arc { samples, ends, .. } = &arcs[i];
+    ends.is_none() && samples.len() < FEW && samples.iter().all(is_beside)
 }
 
 /// Where two arcs that could not be followed to their ends meet, if they are continued: polynomials through samples
