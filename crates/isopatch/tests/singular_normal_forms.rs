@@ -86,11 +86,9 @@ fn check(name: &str, text: &str, bounds: &Aabb, at: Point3, multiplicity: usize,
 #[test]
 fn simple_singularities_are_found_wherever_they_are() {
     for (name, text, multiplicity, kind) in FORMS {
-        for rotation in ROTATIONS {
-            for (place, bounds) in PLACES.into_iter().zip(boxes()) {
-                let at = Point3::from_fn(|a, _| f64::from(place[a]) / 30.0);
-                check(name, &placed(text, rotation, place), &bounds, at, multiplicity, kind);
-            }
+        for ((rotation, place), bounds) in ROTATIONS.into_iter().zip(PLACES).zip(boxes()) {
+            let at = Point3::from_fn(|a, _| f64::from(place[a]) / 30.0);
+            check(name, &placed(text, rotation, place), &bounds, at, multiplicity, kind);
         }
     }
 }

@@ -314,7 +314,8 @@ fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc
         arcs.push(arc);
     }
     let repeats: Vec<bool> = (0..arcs.len()).map(|i| is_repeat(&arcs, i, &special)).collect();
-    let alone = arcs.into_par_iter().zip(repeats).filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
+    let alone =
+        arcs.into_par_iter().zip(repeats).filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
     alone.map(|(arc, _)| arc).collect()
 }
 
