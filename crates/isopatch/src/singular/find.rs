@@ -165,9 +165,8 @@ pub(super) fn find(
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
-    let simple = distinct(simple, SAME * unit.scale);
     let degenerate = alone.iter().filter_map(|i| algebraic.degenerate_point(places[*i].0, places[*i].1));
-    set.points = simple.into_iter().chain(degenerate).collect();
+    set.points = distinct(simple.into_iter().chain(degenerate), SAME * unit.scale);
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
     set.tau = TAU;
     let isolated = set.points.iter().enumerate().filter(|(_, p)| p.kind == PointKind::Isolated);
@@ -273,8 +272,8 @@ fn separate(boxes: &[Aabb]) -> Vec<Aabb> {
 }
 
 /// Points that were found in two boxes, as one.
-fn distinct(points: Vec<SingularPoint>, same: f64) -> Vec<SingularPoint> {
-    let mut result: Vec<SingularPoint> = Vec::with_capacity(points.len());
+fn distinct(points: impl Iterator<Item = SingularPoint>, same: f64) -> Vec<SingularPoint> {
+    let mut result: Vec<SingularPoint> = Vec::new();
     for p in points {
         if !result.iter().any(|q| (p.at - q.at).norm() <= same + p.radius + q.radius) {
             result.push(p);
