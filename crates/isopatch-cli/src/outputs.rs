@@ -4,9 +4,12 @@ use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
 use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
+use isopatch::geom::Point3;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
-use isopatch::io::{Format, Unit, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk};
+use isopatch::io::{
+    Format, ThinParts, Unit, WriteError, gltf, gmsh, obj, off, ply, png, step, stl, threemf, vtk,
+};
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
@@ -244,28 +247,56 @@ pub fn write(
     Ok(())
 }
 
+/// Flat triangles that are no patches, and what is thinner.
+pub struct Conforming {
+    pub mesh: Tessellation,
+    pub thin: ThinParts,
+    /// The singular set, for pictures.
+    pub singular: Vec<Vec<Point3>>,
+}
+
 /// Writes flat triangles that are no patches under temporary names.
 pub fn write_triangles(
-    mesh: &Tessellation,
+    made: &Conforming,
     unit: Unit,
     files: &[OutputFile],
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
+    let is_picture = |file: &OutputFile| file.format == Format::Png;
+    let picture = match files.iter().any(is_picture) {
+        true => Some(render::of_singular(&made.mesh, &made.singular)?),
+        false => None,
+    };
+    let (mesh, thin) = (&made.mesh, &made.thin);
     for file in files {
-        outputs.write(&file.path, |out| write_mesh(unit, mesh, file.format, &mut Interruptible(out)))?;
+        outputs.write(&file.path, |out| {
+            let mut out = Interruptible(out);
+            match (file.format, &picture) {
+                (Format::Png, Some(image)) => png::write_png(image, &mut out),
+                (Format::Glb, _) => gltf::write_glb_with(mesh, thin, &gltf::GlbOptions { unit }, &mut out),
+                (Format::Vtk, _) => vtk::write_vtk_mesh_with(mesh, thin, &mut out),
+                (Format::Ply, _) => ply::write_ply_with(mesh, thin, &mut out),
+                (Format::Obj, _) => obj::write_obj_with(mesh, thin, &mut out),
+                (format, _) => write_mesh(unit, mesh, format, &mut out),
+            }
+        })?;
     }
     Ok(())
+}
+
+/// Can a file show isolated points and curves without sheets?
+pub fn holds_thin_parts(format: Format) -> bool {
+    matches!(format, Format::Glb | Format::Vtk | Format::Ply | Format::Obj | Format::Png)
 }
 
 /// Can flat triangles that are no patches be written to these files, with this style?
 pub fn check_triangles(files: &[OutputFile], style: &Style) -> Result<(), Failure> {
     const WHAT: &str = "a surface with singularities is made of flat triangles";
-    let holds_patches =
-        |file: &&OutputFile| matches!(file.format, Format::Step | Format::Native | Format::Png);
+    let holds_patches = |file: &&OutputFile| matches!(file.format, Format::Step | Format::Native);
     if let Some(file) = files.iter().find(holds_patches) {
         let path = file.path.display();
         return Err(Failure::Unfit(format!(
-            "{path}: {WHAT}, for .glb .3mf .obj .off .ply .stl .vtu and .msh"
+            "{path}: {WHAT}, for .glb .3mf .obj .off .ply .png .stl .vtu and .msh"
         )));
     }
     if !matches!(style.fineness, Fineness::Standard) {

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::inspect::read;
 use crate::interrupt::{Interruptible, Writing};
 use crate::outputs::{self, flattened_for_picture};
+use isopatch::geom::Point3;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
 use isopatch::io::png::write_png;
@@ -66,6 +67,12 @@ pub fn of_model(model: &NativeModel, options: &PictureOptions) -> Result<Image, 
     let hull = model.a_patches().map(|surface| surface.function().hull());
     let singular = model.rational().map_or_else(Vec::new, |surface| surface.singular_lines(CURVE_PIECES));
     picture(&mesh, &Subject { surface: Some(model.as_surface()), hull, singular: &singular }, options)
+}
+
+/// The picture of flat triangles with their singular set.
+pub fn of_singular(mesh: &Tessellation, singular: &[Vec<Point3>]) -> Result<Image, Failure> {
+    let options = PictureOptions { style: PictureStyle::Singular, ..PictureOptions::default() };
+    picture(mesh, &Subject { singular, ..Subject::default() }, &options)
 }
 
 /// The picture of a mesh file as it is.

@@ -99,7 +99,7 @@ fn triangles(report: &Report, singular: &SingularReport, lines: &mut Lines) {
     if isolated + sticks > 0 {
         lines.add(
             "",
-            format!("{isolated} isolated points and {sticks} curves without sheets, which no triangle shows"),
+            format!("{isolated} isolated points and {sticks} curves without sheets, beside the triangles"),
         );
     }
     let SingularReport { cells, cells_uncertain, doubtful_at, folded, .. } = singular;

@@ -4,9 +4,10 @@
 use isopatch::field::{Constants, Field, Formula, Polynomial};
 use isopatch::geom::{Aabb, Point3};
 use isopatch::singular::{
-    Analysis, CurveKind, LowerDimensional, PointKind, SingularError, SingularOptions, SpecialKind, Status,
-    analyse, singular_set,
+    Analysis, CurveKind, LowerDimensional, PointKind, SingularError, SingularOptions, SingularPoint,
+    SingularSet, SpecialKind, Status, analyse, singular_set,
 };
+use nalgebra::Matrix3;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
@@ -206,9 +207,8 @@ fn a_rotation_about_the_centre_changes_no_count() {
         let set = analysed(&turned(text), &cube(2.5)).singular;
         assert_eq!((set.points.len(), set.curves.len()), (nodes, 0), "{text}: {:?}", set.points);
         let plain = analysed(text, &cube(2.5)).singular;
-        let multiplicities = |points: &[isopatch::singular::SingularPoint]| {
-            points.iter().map(|p| (p.multiplicity, p.kind)).collect::<Vec<_>>()
-        };
+        let multiplicities =
+            |points: &[SingularPoint]| points.iter().map(|p| (p.multiplicity, p.kind)).collect::<Vec<_>>();
         assert_eq!(multiplicities(&set.points), multiplicities(&plain.points), "{text}");
     }
     let umbrella = analysed(&turned("x^2-y*z^2"), &cube(1.0)).singular;
@@ -217,6 +217,137 @@ fn a_rotation_about_the_centre_changes_no_count() {
     assert_eq!(kinds, [CurveKind::Crossing, CurveKind::Stick]);
     let pinch: Vec<_> = umbrella.special.iter().filter(|s| s.kind == SpecialKind::Pinch).collect();
     assert!(pinch.len() == 1 && pinch[0].at.norm() < 1e-10, "{:?}", umbrella.special);
+}
+
+/// The sphere inscribed in a box, with the surface turned about its centre.
+struct Turned {
+    center: Point3,
+    radius: f64,
+    /// Rows of the rotation.
+    rotation: Matrix3<f64>,
+    text: String,
+}
+
+impl Turned {
+    /// By an integer quaternion, and scaled by 15/16.
+    fn new(golden: &Golden, [a, b, c, d]: [i32; 4]) -> Self {
+        let n = a * a + b * b + c * c + d * d;
+        let rows = [
+            [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
+            [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
+            [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
+        ];
+        let center = golden.bounds.center();
+        let number = |i: usize| BigRational::from_float(center[i]).unwrap();
+        let from = |i: usize| format!("({}-({}))", ["x", "y", "z"][i], number(i));
+        let mut text = golden.text.replace('x', "X").replace('y', "Y").replace('z', "Z");
+        for (i, name) in ["X", "Y", "Z"].iter().enumerate() {
+            let r = rows[i];
+            let sum = format!("({})*{}+({})*{}+({})*{}", r[0], from(0), r[1], from(1), r[2], from(2));
+            text = text.replace(name, &format!("(16*({sum})/{}+({}))", 15 * n, number(i)));
+        }
+        let rotation = Matrix3::from_fn(|i, j| f64::from(rows[i][j]) / f64::from(n));
+        Self { center, radius: 0.5 * golden.bounds.size().min(), rotation, text }
+    }
+
+    /// A point of the surface as it was, where it is now.
+    fn image(&self, p: Point3) -> Point3 {
+        self.center + self.rotation.transpose() * (p - self.center) * 15.0 / 16.0
+    }
+
+    fn holds(&self, p: Point3) -> bool {
+        (p - self.center).norm() < 0.9 * self.radius
+    }
+}
+
+fn check_turned(name: &str, golden: &Golden, quaternion: [i32; 4]) {
+    let turned = Turned::new(golden, quaternion);
+    let size = relative(&golden.bounds);
+    let plain = analysed(&golden.text, &golden.bounds);
+    let found = analysed(&turned.text, &golden.bounds);
+    let (old, new) = (&plain.singular, &found.singular);
+
+    let images: Vec<Point3> = old.points.iter().map(|p| turned.image(p.at)).collect();
+    for (p, image) in old.points.iter().zip(&images).filter(|(_, image)| turned.holds(**image)) {
+        let same = |q: &&SingularPoint| (q.at - image).norm() < 1e-10 * size;
+        let near: Vec<&SingularPoint> = new.points.iter().filter(same).collect();
+        assert_eq!(near.len(), 1, "{name}: {p:?} at {image:?} in {:?}", new.points);
+        assert_eq!((near[0].kind, near[0].multiplicity), (p.kind, p.multiplicity), "{name}");
+    }
+    for q in new.points.iter().filter(|q| turned.holds(q.at)) {
+        assert!(images.iter().any(|p| (p - q.at).norm() < 1e-10 * size), "{name}: {q:?} invented");
+    }
+
+    let inner = |set: &SingularSet| -> Vec<(Point3, SpecialKind)> {
+        set.special.iter().filter(|s| s.kind != SpecialKind::Box).map(|s| (s.at, s.kind)).collect()
+    };
+    let places: Vec<(Point3, SpecialKind)> =
+        inner(old).into_iter().map(|(p, kind)| (turned.image(p), kind)).collect();
+    for (p, kind) in places.iter().filter(|(p, _)| turned.holds(*p)) {
+        let near = inner(new).into_iter().filter(|(q, k)| (p - q).norm() < 1e-9 * size && k == kind).count();
+        assert_eq!(near, 1, "{name}: {kind:?} at {p:?} in {:?}", new.special);
+    }
+    for (q, kind) in inner(new).iter().filter(|(q, _)| turned.holds(*q)) {
+        assert!(
+            places.iter().any(|(p, _)| (p - q).norm() < 1e-9 * size),
+            "{name}: {kind:?} at {q:?} invented"
+        );
+    }
+
+    // Every arc is covered by arcs of its kind, both ways.
+    let samples = |set: &SingularSet, image: &dyn Fn(Point3) -> Point3| -> Vec<(Point3, CurveKind)> {
+        set.curves.iter().flat_map(|c| c.samples.iter().map(|s| (image(s.at), c.kind))).collect()
+    };
+    let before = samples(old, &|p| turned.image(p));
+    let after = samples(new, &|p| p);
+    for (from, to) in [(&before, &after), (&after, &before)] {
+        // One in eight will do.
+        for (p, kind) in from.iter().filter(|(p, _)| turned.holds(*p)).step_by(8) {
+            let distance = to
+                .iter()
+                .filter(|(_, k)| k == kind)
+                .map(|(q, _)| (p - q).norm())
+                .fold(f64::INFINITY, f64::min);
+            assert!(distance <= 2e-3 * size, "{name}: {kind:?} at {p:?} is {distance:e} from the others");
+        }
+    }
+
+    // Surfaces that do not reach the sphere.
+    let field = formula(&turned.text);
+    let crosses = (0..4000).map(|i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 4000.0;
+        let (sin, cos) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
+        let flat = (1.0 - z * z).sqrt();
+        field.value(turned.center + turned.radius * Point3::new(flat * cos, flat * sin, z)) > 0.0
+    });
+    let signs: std::collections::BTreeSet<bool> = crosses.collect();
+    if let (1, Some(a), Some(b)) = (signs.len(), &plain.components, &found.components) {
+        let held = |seeds: &[Point3]| seeds.iter().filter(|p| turned.holds(**p)).count();
+        let images: Vec<Point3> = a.seeds.iter().map(|p| turned.image(*p)).collect();
+        assert_eq!(held(&images), held(&b.seeds), "{name}: components");
+    }
+}
+
+/// Drawn at random, and then kept.
+const QUATERNIONS: [[i32; 4]; 4] = [[3, 1, -2, 1], [2, -1, 1, 3], [4, 3, -1, 2], [1, 2, 3, -4]];
+
+#[test]
+fn turned_surfaces_have_the_same_singularities() {
+    for (i, (name, golden)) in Golden::all().iter().enumerate() {
+        if !SLOW.contains(&name.as_str()) {
+            check_turned(name, golden, QUATERNIONS[i % QUATERNIONS.len()]);
+        }
+    }
+}
+
+#[test]
+#[ignore = "up to half a minute for each surface"]
+fn turned_cusps_and_flat_curves_are_the_same() {
+    for (i, (name, golden)) in Golden::all().iter().enumerate() {
+        if SLOW.contains(&name.as_str()) {
+            check_turned(name, golden, QUATERNIONS[i % QUATERNIONS.len()]);
+        }
+    }
 }
 
 #[test]

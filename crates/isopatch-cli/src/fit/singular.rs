@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::outputs;
 use crate::progress::Progress;
+use isopatch::base::Repair;
 use isopatch::expand::{Approach, ExpandOptions};
 use isopatch::field::Formula;
 use isopatch::geom::Aabb;
@@ -84,11 +85,32 @@ pub fn run(
     check_tolerance(&fitted, options)?;
     let mut report = describe(text, options, &fitted);
     report.seconds = fitted.seconds.clone();
-    let mesh = fitted.tessellation();
+    report.repairs.extend(left_out(&fitted, options));
+    let made = outputs::Conforming {
+        mesh: fitted.tessellation(),
+        thin: fitted.thin_parts(),
+        singular: fitted.set.lines(),
+    };
     let unit = options.unit.unwrap_or_default();
     finish_with(options, &mut report, progress, &|outputs| {
-        outputs::write_triangles(&mesh, unit, &options.output, outputs)
+        outputs::write_triangles(&made, unit, &options.output, outputs)
     })
+}
+
+/// The files that can't hold isolated points and curves without sheets, if there are any.
+fn left_out(fitted: &FittedSingular, options: &FitOptions) -> Vec<Repair> {
+    let thin = fitted.thin_parts();
+    let files = options.output.iter().filter(|file| !outputs::holds_thin_parts(file.format));
+    let said = |file: &outputs::OutputFile| Repair {
+        what: format!(
+            "{} isolated points and {} curves without sheets left out",
+            thin.points.len(),
+            thin.curves.len()
+        ),
+        place: file.path.display().to_string(),
+        why: "this format holds triangles only; .glb, .obj, .ply and .vtu hold them".into(),
+    };
+    if thin.is_empty() { Vec::new() } else { files.map(said).collect() }
 }
 
 /// Is the measured distance within --tol?

@@ -1,6 +1,7 @@
 //! What an expansion came to.
 
 use super::front::Front;
+use super::seeds::half_sheets;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Counts on the finished triangles.
@@ -12,6 +13,8 @@ pub struct Check {
     pub bad_edges: usize,
     /// Segments of walls with one or no triangle, other than in a side of the box.
     pub missing_segments: usize,
+    /// Segments of walls with more triangles than half-sheets end there: 4 where two sheets cross.
+    pub crowded_segments: usize,
     /// Triangles whose normal is against that of one of its corners.
     pub folded: usize,
     /// Edges with one triangle, in sides of the box.
@@ -25,7 +28,9 @@ pub struct Check {
 impl Check {
     /// Is there nothing to complain about?
     pub fn is_right(&self) -> bool {
-        self.gap_edges == 0 && self.bad_edges == 0 && self.missing_segments == 0 && self.folded == 0
+        let faults =
+            [self.gap_edges, self.bad_edges, self.missing_segments, self.crowded_segments, self.folded];
+        faults.iter().all(|count| *count == 0)
     }
 }
 
@@ -59,6 +64,10 @@ pub(super) fn check(front: &Front<'_>) -> Check {
         let on_side = front.vertices[*u as usize].sides & front.vertices[*v as usize].sides != 0;
         let count = edges.get(&[*u, *v]).map_or(0, Vec::len);
         found.missing_segments += usize::from(count < 2 && !on_side);
+        let ends = [front.at(*u), front.at(*v)];
+        // Two triangles are never too many: a sheet passes on both sides.
+        let is_crowded = count > 2 && count > half_sheets(front.sheet, ends[0], ends[1]).len();
+        found.crowded_segments += usize::from(is_crowded);
     }
     found.euler = vertices.len() as i64 - edges.len() as i64 + front.triangles.len() as i64;
     found

@@ -27,8 +27,7 @@ pub(super) fn strips(front: &mut Front<'_>) {
     for [a, b] in &walls.segments {
         let (p, q) = (front.at(*a), front.at(*b));
         let (middle, along, length) = ((p + q) / 2.0, (q - p).normalize(), (q - p).norm());
-        let plane = Plane::new(middle, along.cross(&any_other(&along)), along);
-        let mut branches = on_circle(front.sheet, &plane, HEIGHT * length);
+        let mut branches = half_sheets(front.sheet, p, q);
         // Those that have a triangle already, from a neighbouring segment.
         let away = |p: &Point3| ((p - middle) - along * along.dot(&(p - middle))).normalize();
         for c in front.thirds(*a, *b) {
@@ -53,6 +52,13 @@ pub(super) fn strips(front: &mut Front<'_>) {
             }
         }
     }
+}
+
+/// A point on each half-sheet that ends in the segment from p to q of a wall.
+pub(super) fn half_sheets(sheet: &Sheet<'_>, p: Point3, q: Point3) -> Vec<Point3> {
+    let (middle, along, length) = ((p + q) / 2.0, (q - p).normalize(), (q - p).norm());
+    let plane = Plane::new(middle, along.cross(&any_other(&along)), along);
+    on_circle(sheet, &plane, HEIGHT * length)
 }
 
 /// Height of these triangles, in lengths of the segment: that of an equilateral one.

@@ -1,8 +1,8 @@
 //! Binary glTF 2.0.
 
 use super::text::write_items;
-use super::{Unit, WriteError, error};
-use crate::geom::{Aabb, Vec3};
+use super::{ThinParts, Unit, WriteError, error};
+use crate::geom::{Aabb, Point3, Vec3};
 use crate::tessellate::Tessellation;
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -21,6 +21,9 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const VERSION: u32 = 2;
+/// Drawing modes.
+const POINTS: u32 = 0;
+const LINES: u32 = 1;
 const JSON_CHUNK: &[u8; 4] = b"JSON";
 const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
 /// Bytes of the file header, and of the header of a chunk.
@@ -31,12 +34,28 @@ const CHUNK_HEADER: usize = 8;
 /// translation of the mesh's node; its parent turns z up to y up and model units to metres. A vertex on a crease is there once for
 /// each of its normals.
 pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write) -> Result<(), WriteError> {
+    write_glb_with(mesh, &ThinParts::default(), options, out)
+}
+
+/// The same, and thin parts as primitives of their own: points, and pairs of points for lines.
+pub fn write_glb_with(
+    mesh: &Tessellation,
+    thin: &ThinParts,
+    options: &GlbOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
     let mesh = &*mesh.with_split_creases();
     let bounds = Aabb::around(&mesh.positions);
     let center = if bounds.is_empty() { Vec3::zeros() } else { bounds.center() };
-    let binary = mesh.positions.len() * 24 + mesh.triangles.len() * 12;
-    let mut scene = scene(mesh, &bounds, &center, options.unit).to_string().into_bytes();
+    let ends = |curve: &Vec<Point3>| curve.windows(2).flat_map(|w| [w[0], w[1]]).collect::<Vec<_>>();
+    let lines: Vec<Point3> = thin.curves.iter().flat_map(ends).collect();
+    let more = [(POINTS, &thin.points), (LINES, &lines)];
+    let binary =
+        mesh.positions.len() * 24 + mesh.triangles.len() * 12 + (thin.points.len() + lines.len()) * 12;
+    let mut scene = scene(mesh, &bounds, &center, options.unit);
+    more.iter().for_each(|(mode, points)| add_primitive(&mut scene, *mode, points, &center));
+    let mut scene = scene.to_string().into_bytes();
     // Chunks are padded to four bytes, JSON with spaces.
     scene.resize(scene.len().next_multiple_of(4), b' ');
     let total = FILE_HEADER + 2 * CHUNK_HEADER + scene.len() + binary;
@@ -62,7 +81,37 @@ pub fn write_glb(mesh: &Tessellation, options: &GlbOptions, out: &mut impl Write
     write_items(out, mesh.triangles.len(), |t, bytes| {
         mesh.triangles[t].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
     })?;
+    for (_, points) in more {
+        write_items(out, points.len(), |v, bytes| single(bytes, relative(&points[v], &center)))?;
+    }
     Ok(())
+}
+
+/// Adds points of a drawing mode after what the scene has; nothing where there are none, or no triangles.
+fn add_primitive(scene: &mut Value, mode: u32, points: &[Point3], center: &Vec3) {
+    let (Some(length), false) = (scene["buffers"][0]["byteLength"].as_u64(), points.is_empty()) else {
+        return;
+    };
+    let bounds = Aabb::around(points);
+    let accessor = json!({ "bufferView": 0, "componentType": FLOAT, "count": points.len(), "type": "VEC3",
+        "min": relative(&bounds.min, center), "max": relative(&bounds.max, center) });
+    let bytes = 12 * points.len() as u64;
+    let view = json!({ "buffer": 0, "byteOffset": length, "byteLength": bytes, "target": ARRAY_BUFFER });
+    let mut push = |list: &str, value: Value| -> Option<usize> {
+        let list = scene[list].as_array_mut()?;
+        list.push(value);
+        Some(list.len() - 1)
+    };
+    let view = push("bufferViews", view);
+    let accessor = push("accessors", accessor);
+    if let (Some(view), Some(accessor)) = (view, accessor) {
+        scene["accessors"][accessor]["bufferView"] = json!(view);
+        let primitive = json!({ "attributes": { "POSITION": accessor }, "mode": mode, "material": 0 });
+        if let Some(list) = scene["meshes"][0]["primitives"].as_array_mut() {
+            list.push(primitive);
+        }
+        scene["buffers"][0]["byteLength"] = json!(length + bytes);
+    }
 }
 
 fn relative(p: &Vec3, center: &Vec3) -> [f32; 3] {

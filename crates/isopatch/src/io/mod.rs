@@ -20,10 +20,12 @@ pub mod read;
 pub mod step;
 pub mod stl;
 mod text;
+mod thin;
 pub mod threemf;
 mod unit;
 pub mod vtk;
 
 pub use error::WriteError;
 pub use format::{Format, UnknownFormat};
+pub use thin::ThinParts;
 pub use unit::{Unit, UnknownUnit};

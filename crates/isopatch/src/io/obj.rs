@@ -1,13 +1,18 @@
 //! Wavefront OBJ.
 
 use super::text::{push_float, push_integer, write_items};
-use super::{WriteError, error};
+use super::{ThinParts, WriteError, error};
 use crate::geom::Vec3;
 use crate::tessellate::Tessellation;
 use std::io::Write;
 
 /// Writes positions, normals and triangles, in the order of the mesh, and each patch's triangles as a group.
 pub fn write_obj(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteError> {
+    write_obj_with(mesh, &ThinParts::default(), out)
+}
+
+/// The same, and thin parts as elements of their own: `p` for points, `l` for curves.
+pub fn write_obj_with(mesh: &Tessellation, thin: &ThinParts, out: &mut impl Write) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
     let vectors = |keyword: &'static [u8], vectors: &[Vec3], out: &mut _| {
         write_items(out, vectors.len(), |v, text| {
@@ -20,6 +25,7 @@ pub fn write_obj(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
         })
     };
     vectors(b"v", &mesh.positions, out)?;
+    vectors(b"v", &thin.positions(), out)?;
     vectors(b"vn", &mesh.normals, out)?;
     write_items(out, mesh.triangles.len(), |t, text| {
         let patch = mesh.patches[t];
@@ -38,6 +44,17 @@ pub fn write_obj(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteE
         }
         text.push(b'\n');
     })?;
+    if thin.is_empty() {
+        return Ok(());
+    }
+    let first = mesh.positions.len();
+    writeln!(out, "g thin")?;
+    (1..=thin.points.len()).try_for_each(|k| writeln!(out, "p {}", first + k))?;
+    for curve in thin.numbered_curves(first) {
+        write!(out, "l")?;
+        curve.into_iter().try_for_each(|v| write!(out, " {}", v + 1))?;
+        writeln!(out)?;
+    }
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! VTK unstructured grids (.vtu): of degree-7 triangles, of rational quadrilaterals, or of flat triangles.
 
 use super::net::{DEGREE, nets};
-use super::{WriteError, error, text};
+use super::{ThinParts, WriteError, error, text};
 use crate::bernstein::index;
 use crate::geom::Vec3;
 use crate::rational::pieces::{Piece, pieces};
@@ -64,7 +64,7 @@ pub fn write_vtk(
         weights: &[],
         cells: surface.patch_count(),
         end: &|cell| (cell + 1) * NODES,
-        cell_type: options.cells.cell_type(),
+        cell_type: &|_| options.cells.cell_type(),
         degrees: Some(&|_| [DEGREE, DEGREE]),
         patches: &[],
         node: &|cell, n| lattice.number(PatchId(cell as u32), order[n]),
@@ -113,7 +113,7 @@ fn write_rational(
         weights: &weights,
         cells: cells.len(),
         end: &|cell| ends[cell],
-        cell_type: BEZIER_QUADRILATERAL,
+        cell_type: &|_| BEZIER_QUADRILATERAL,
         degrees: Some(&|cell| cells[cell].degrees),
         patches: &patches,
         node: &|cell, n| (start(cell) + n) as u32,
@@ -135,22 +135,54 @@ fn quadrilateral_order([m, n]: [usize; 2]) -> Vec<[usize; 2]> {
 
 /// VTK_TRIANGLE.
 const LINEAR_TRIANGLE: u8 = 5;
+const SINGLE_VERTEX: u8 = 1;
+const LINE: u8 = 3;
 
 /// Writes flat triangles with the normals of the surface at their corners, and the number of the patch of each. A vertex on a
 /// crease is there once for each of its normals.
 pub fn write_vtk_mesh(mesh: &Tessellation, out: &mut impl Write) -> Result<(), WriteError> {
+    write_vtk_mesh_with(mesh, &ThinParts::default(), out)
+}
+
+/// The same, and thin parts as cells of their own after the triangles: vertices, then lines. Their normals are 0; their
+/// patch numbers go on from those of the triangles.
+pub fn write_vtk_mesh_with(
+    mesh: &Tessellation,
+    thin: &ThinParts,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
     error::check_finite(mesh)?;
     let mesh = &*mesh.with_split_creases();
+    let (first, triangles) = (mesh.positions.len(), mesh.triangles.len());
+    let (points, segments) = (thin.points.len(), thin.segments(first));
+    let positions: Vec<Vec3> = mesh.positions.iter().copied().chain(thin.positions()).collect();
+    let normals: Vec<Vec3> = mesh.normals.iter().copied().chain(thin.normals()).collect();
+    let next = mesh.patches.iter().map(|p| p.0 + 1).max().unwrap_or(0);
+    let cells = triangles + points + segments.len();
+    let more = (triangles..cells).map(|cell| PatchId(next + (cell - triangles) as u32));
+    let patches: Vec<PatchId> = mesh.patches.iter().copied().chain(more).collect();
     let grid = Grid {
-        points: &mesh.positions,
-        normals: &mesh.normals,
+        points: &positions,
+        normals: &normals,
         weights: &[],
-        cells: mesh.triangles.len(),
-        end: &|cell| 3 * (cell + 1),
-        cell_type: LINEAR_TRIANGLE,
+        cells,
+        end: &|cell| {
+            let before = 3 * triangles.min(cell + 1);
+            let single = (cell + 1).saturating_sub(triangles).min(points);
+            before + single + 2 * (cell + 1).saturating_sub(triangles + points)
+        },
+        cell_type: &|cell| match cell {
+            _ if cell < triangles => LINEAR_TRIANGLE,
+            _ if cell < triangles + points => SINGLE_VERTEX,
+            _ => LINE,
+        },
         degrees: None,
-        patches: &mesh.patches,
-        node: &|cell, n| mesh.triangles[cell][n],
+        patches: &patches,
+        node: &|cell, n| match cell {
+            _ if cell < triangles => mesh.triangles[cell][n],
+            _ if cell < triangles + points => (first + cell - triangles) as u32,
+            _ => segments[cell - triangles - points][n],
+        },
     };
     grid.write(out)
 }
@@ -186,7 +218,7 @@ struct Grid<'a> {
     cells: usize,
     /// Nodes of all cells up to one, and with it.
     end: &'a (dyn Fn(usize) -> usize + Sync),
-    cell_type: u8,
+    cell_type: &'a (dyn Fn(usize) -> u8 + Sync),
     /// Of higher-order cells.
     degrees: Option<&'a (dyn Fn(usize) -> [usize; 2] + Sync)>,
     /// Patch of each cell, or empty.
@@ -317,8 +349,8 @@ impl Grid<'_> {
             text::write_items(out, cells, |c, bytes| bytes.extend((end(c) as i64).to_le_bytes()))
         };
         add(Element::Cells, "Int64", "offsets", 1, cells * word, Box::new(offsets));
-        let cell_type = self.cell_type;
-        let types = move |out: &mut W| out.write_all(&vec![cell_type; cells]);
+        let types =
+            move |out: &mut W| out.write_all(&(0..cells).map(|c| (self.cell_type)(c)).collect::<Vec<u8>>());
         add(Element::Cells, "UInt8", "types", 1, cells, Box::new(types));
         arrays
     }

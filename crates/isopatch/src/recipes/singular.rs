@@ -11,13 +11,14 @@ use crate::base::{self, BaseError, Repair};
 use crate::expand::{Check, ExpandError, ExpandOptions};
 use crate::field::{Field, Formula};
 use crate::geom::{Aabb, Point3, Vec3, angle_between};
+use crate::io::ThinParts;
 use crate::report::{BaseReport, Certified, Seconds, SingularReport, SurfaceReport};
 use crate::singular::mesh::{
     EdgeTag, LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets,
     triangulate, triangulate_by_expansion,
 };
 use crate::singular::{
-    SingularError, SingularOptions, SingularSet, analyse, singular_set, without_repeated_factors,
+    SingularError, SingularOptions, SingularSet, components, singular_set, without_repeated_factors,
 };
 use crate::surface::{Continuity, PatchId};
 use crate::tessellate::Tessellation;
@@ -191,8 +192,8 @@ fn expanded(
 ) -> Result<FittedSingular, SingularRecipeError> {
     let polynomial = formula.polynomial().ok_or(SingularRecipeError::NotAPolynomial)?;
     progress("seeds");
-    let found = seconds.measure("seeds", || analyse(formula, &bounds, &recipe.search))?;
-    let seeds = found.components.map_or_else(Vec::new, |c| c.seeds);
+    let found = seconds.measure("seeds", || components(formula, &bounds, &set, &recipe.search))?;
+    let seeds = found.map_or_else(Vec::new, |c| c.seeds);
     let options = match recipe.size {
         Size::Tolerance(epsilon) => ExpandOptions { epsilon, ..*options },
         Size::Automatic | Size::Faces(_) => *options,
@@ -282,6 +283,18 @@ impl FittedSingular {
         }
     }
 
+    /// Isolated points and sticks, for writers.
+    pub fn thin_parts(&self) -> ThinParts {
+        let mut parts = ThinParts::default();
+        for part in &self.triangulated.mesh.lower {
+            match part {
+                LowerPart::Point(p) => parts.points.push(*p),
+                LowerPart::Stick(samples) => parts.curves.push(samples.clone()),
+            }
+        }
+        parts
+    }
+
     /// What an expansion could not do; empty for the conforming triangulation.
     pub fn repairs(&self) -> Vec<Repair> {
         let Some(check) = &self.check else { return Vec::new() };
@@ -292,6 +305,11 @@ impl FittedSingular {
                 check.missing_segments,
                 "segments of singular curves without sheets",
                 "the front did not come there",
+            ),
+            (
+                check.crowded_segments,
+                "segments of singular curves with too many triangles",
+                "a sheet was triangulated twice there",
             ),
             (check.folded, "triangles that turn over", "steps were too long for the curvature"),
         ];

@@ -9,6 +9,7 @@ use super::set::{CurveSample, LowerDimensional, PointKind, SingularPoint, Singul
 use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
 use super::trace::{Arc, End, STEP, Tracer};
+use super::uncovered::{is_singular_along, uncovered};
 use super::unit::UnitPolynomial;
 use crate::field::QuadraticPolynomial;
 use crate::geom::{Aabb, BoxTree, Point3};
@@ -152,19 +153,20 @@ pub(super) fn find(
     let mut places = merged(&search.degenerate);
     let mut arcs = arcs(unit, &search.along, &places);
     for _ in 0..REPAIRS {
-        let more = missed(unit, &arcs, &places)?;
-        if more.is_empty() {
+        let mut more = missed(unit, &arcs, &places)?;
+        more.extend(uncovered(unit, &search.along, &arcs, &places));
+        let all = merged(&[places.clone(), more].concat());
+        if all.len() == places.len() {
             break;
         }
-        places = merged(&[places, more].concat());
+        places = all;
         arcs = self::arcs(unit, &search.along, &places);
     }
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
     let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
-    let simple = distinct(simple, SAME * unit.scale);
     let degenerate = alone.iter().filter_map(|i| algebraic.degenerate_point(places[*i].0, places[*i].1));
-    set.points = simple.into_iter().chain(degenerate).collect();
+    set.points = distinct(simple.into_iter().chain(degenerate), SAME * unit.scale);
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
     set.tau = TAU;
     let isolated = set.points.iter().enumerate().filter(|(_, p)| p.kind == PointKind::Isolated);
@@ -270,8 +272,8 @@ fn separate(boxes: &[Aabb]) -> Vec<Aabb> {
 }
 
 /// Points that were found in two boxes, as one.
-fn distinct(points: Vec<SingularPoint>, same: f64) -> Vec<SingularPoint> {
-    let mut result: Vec<SingularPoint> = Vec::with_capacity(points.len());
+fn distinct(points: impl Iterator<Item = SingularPoint>, same: f64) -> Vec<SingularPoint> {
+    let mut result: Vec<SingularPoint> = Vec::new();
     for p in points {
         if !result.iter().any(|q| (p.at - q.at).norm() <= same + p.radius + q.radius) {
             result.push(p);
@@ -310,7 +312,21 @@ fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc
         }
         arcs.push(arc);
     }
-    arcs
+    let repeats: Vec<bool> = (0..arcs.len()).map(|i| is_repeat(&arcs, i, &special)).collect();
+    let alone =
+        arcs.into_par_iter().zip(repeats).filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
+    alone.map(|(arc, _)| arc).collect()
+}
+
+/// Is a closed arc only a turn on the spot, beside another arc or a special point?
+fn is_repeat(arcs: &[Arc], i: usize, special: &[Point3]) -> bool {
+    /// Samples of an arc that may be one.
+    const FEW: usize = 16;
+    let others = arcs.iter().enumerate().filter(|(j, _)| *j != i).flat_map(|(_, arc)| &arc.samples);
+    let places: Vec<Point3> = others.map(|s| s.at).chain(special.iter().copied()).collect();
+    let is_beside = |s: &CurveSample| places.iter().any(|p| (p - s.at).norm() < STEP);
+    let Arc { samples, ends, .. } = &arcs[i];
+    ends.is_none() && samples.len() < FEW && samples.iter().all(is_beside)
 }
 
 /// Where two arcs that could not be followed to their ends meet, if they are continued: polynomials through samples

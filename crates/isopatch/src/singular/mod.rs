@@ -12,6 +12,7 @@ mod lattice;
 pub mod mesh;
 mod multiplicity;
 mod points;
+mod precise;
 mod recognize;
 mod reduced;
 mod search;
@@ -21,12 +22,13 @@ mod subdivide;
 mod taylor;
 mod tolerance;
 mod trace;
+mod uncovered;
 mod unit;
 
 pub use components::Components;
 pub use error::SingularError;
 pub use reduced::without_repeated_factors;
-pub use search::{Analysis, SingularOptions, analyse, singular_set};
+pub use search::{Analysis, SingularOptions, analyse, components, singular_set};
 pub use set::{
     CurveKind, CurveSample, LowerDimensional, PointKind, SingularCurve, SingularPoint, SingularSet,
     SpecialKind, SpecialPoint, Status,

@@ -2,11 +2,12 @@
 
 use super::cell::{Cell, Critical};
 use super::multiplicity::multiplicity;
-use super::recognize::{is_singular_at, polish, recognize, recognize_rational};
+use super::precise::critical_point;
+use super::recognize::{is_singular_at, polish, recognize, recognize_place, recognize_rational};
 use super::set::{PointKind, SingularPoint, Status};
 use super::tolerance::is_singular;
 use super::unit::UnitPolynomial;
-use crate::field::QuadraticPolynomial;
+use crate::field::{Polynomial, QuadraticPolynomial};
 use crate::geom::{Aabb, Mat3, Point3};
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
@@ -19,6 +20,8 @@ const STEPS: usize = 30;
 /// A singular point this close to a side of the box, in unit coordinates, is taken to be on it, where its coordinates are
 /// not known exactly.
 pub(super) const ON_SIDE: f64 = 1e-12;
+/// How far from the centre of a box that has shrunk no more its point is looked for, in radii of the box.
+const REACH: f64 = 16.0;
 /// Eigenvalues of a Hessian below this part of the largest count as 0.
 const FLAT: f64 = 1e-7;
 
@@ -61,19 +64,33 @@ impl Algebraic<'_> {
     /// The singular point at which boxes have shrunk to rounding, if it is in the closed box. The multiplicity is known
     /// where the point is rational, and so are f and √d.
     pub fn degenerate_point(&self, at: Point3, radius: f64) -> Option<SingularPoint> {
-        let exact = self.exact_place(at, radius);
-        if exact.is_none() && !is_singular(self.unit, at) {
-            return None;
+        let mut exact = self.exact_place(at, radius);
+        let (mut at, mut radius, mut proven) = (at, radius, exact.is_some());
+        if exact.is_none() {
+            match critical_point(self.unit, at, REACH * radius.max(ON_SIDE)) {
+                Some(limit) if !limit.is_singular => return None,
+                Some(limit) => {
+                    at = limit.nearest();
+                    radius = f64::EPSILON;
+                    let point = recognize_place(self.exact, &limit.model(self.unit), limit.digits);
+                    proven = point.is_some();
+                    exact = point.and_then(|p| p.rational());
+                }
+                None if !is_singular(self.unit, at) => return None,
+                None => {}
+            }
         }
         self.is_inside(at, radius, exact.as_ref()).then(|| SingularPoint {
             at: exact.as_ref().map_or(self.unit.model(at), nearest),
-            kind: kind(&self.unit.taylor(at).hessian()),
+            kind: exact
+                .as_ref()
+                .map_or_else(|| kind(&self.unit.taylor(at).hessian()), |p| self.exact_kind(p)),
             multiplicity: exact
                 .as_ref()
                 .filter(|_| self.exact.radicand == 1)
                 .and_then(|p| multiplicity(&self.exact.rational, p)),
             radius: if exact.is_some() { 0.0 } else { self.unit.scale * radius },
-            status: if exact.is_some() { Status::Exact } else { Status::Numerical },
+            status: if proven { Status::Exact } else { Status::Numerical },
         })
     }
 
@@ -85,6 +102,16 @@ impl Algebraic<'_> {
         let tolerance = self.unit.scale * (radius + ROUNDING) + ROUNDING * p.amax();
         let guess = recognize_rational(p, tolerance);
         is_singular_at(self.exact, &guess).then_some(guess)
+    }
+
+    /// What the surface is at a rational point, from the exact Hessian.
+    fn exact_kind(&self, p: &[BigRational; 3]) -> PointKind {
+        let root = (self.exact.radicand as f64).sqrt();
+        let entry = |a: usize, b: usize| {
+            let part = |q: &Polynomial| q.derivative(a).derivative(b).value(p).to_f64().unwrap_or(f64::NAN);
+            part(&self.exact.rational) + root * part(&self.exact.irrational)
+        };
+        kind(&Mat3::from_fn(entry))
     }
 
     /// Is the point in the closed box? Exactly where its coordinates are known, else to its radius and [`ON_SIDE`].

@@ -191,6 +191,28 @@ fn in_field(numbers: &[&BigInt], theta: &BigInt, degree: usize) -> Option<Algebr
     Some(AlgebraicPoint { coordinates, root, reduction })
 }
 
+/// The singular point of f near a point that is known to so many binary digits: rational, or over a number field if they
+/// are enough to guess one. What is returned is proven.
+pub(super) fn recognize_place(
+    f: &QuadraticPolynomial,
+    point: &[BigRational; 3],
+    digits: u64,
+) -> Option<AlgebraicPoint> {
+    /// Digits that may be wrong at the end.
+    const DOUBTFUL: u64 = 8;
+    let tolerance = BigRational::new(BigInt::one(), BigInt::one() << digits.saturating_sub(DOUBTFUL));
+    let guess = point.each_ref().map(|q| simplest(q, &tolerance));
+    if is_singular_at(f, &guess) {
+        let coordinates = guess.map(|q| vec![q]);
+        return Some(AlgebraicPoint { coordinates, root: None, reduction: vec![BigRational::one()] });
+    }
+    if digits < DIGITS {
+        return None;
+    }
+    let point = point.each_ref().map(|q| rounded(q, DIGITS));
+    recognize(f, &point).filter(|point| point.is_singular_on(f))
+}
+
 /// The point with rational coordinates of small denominators nearest to a float point, for points that are no simple
 /// roots and known to the digits of floats only.
 pub(super) fn recognize_rational(p: Point3, tolerance: f64) -> [BigRational; 3] {

@@ -1,7 +1,7 @@
 //! From a formula to its singular set.
 
 use super::SingularError;
-use super::components::{Components, components};
+use super::components::Components;
 use super::find::find;
 use super::set::SingularSet;
 use super::square_free::square_free;
@@ -54,11 +54,27 @@ pub fn analyse(
 ) -> Result<Analysis, SingularError> {
     let (reduced, unit) = prepared(formula, bounds, options)?;
     let singular = find(&reduced, &unit, bounds)?;
+    let components = connected(&unit, &singular);
+    Ok(Analysis { singular, components })
+}
+
+/// The connected components of the real surface f = 0 in a closed box whose singular set there is known; none if they
+/// are too many or too fine to be counted.
+pub fn components(
+    formula: &Formula,
+    bounds: &Aabb,
+    singular: &SingularSet,
+    options: &SingularOptions,
+) -> Result<Option<Components>, SingularError> {
+    let (_, unit) = prepared(formula, bounds, options)?;
+    Ok(connected(&unit, singular))
+}
+
+fn connected(unit: &UnitPolynomial, singular: &SingularSet) -> Option<Components> {
     let samples = singular.curves.iter().flat_map(|curve| &curve.samples).map(|s| s.at);
     let places = singular.points.iter().map(|p| p.at).chain(singular.special.iter().map(|s| s.at));
     let places: Vec<Point3> = places.chain(samples).map(|p| (p - unit.center) / unit.scale).collect();
-    let components = components(&unit, &places);
-    Ok(Analysis { singular, components })
+    super::components::components(unit, &places)
 }
 
 /// f without repeated factors, exact and in unit coordinates.

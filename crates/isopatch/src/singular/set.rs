@@ -143,6 +143,17 @@ pub struct SingularSet {
 }
 
 impl SingularSet {
+    /// The whole set as polylines; points as lines of one point.
+    pub fn lines(&self) -> Vec<Vec<Point3>> {
+        let curve = |curve: &SingularCurve| {
+            let first = curve.samples.first().filter(|_| curve.closed);
+            curve.samples.iter().chain(first).map(|s| s.at).collect()
+        };
+        let inner = self.special.iter().filter(|s| s.kind != SpecialKind::Box).map(|s| s.at);
+        let points = self.points.iter().map(|p| p.at).chain(inner);
+        self.curves.iter().map(curve).chain(points.map(|p| vec![p])).collect()
+    }
+
     /// Is the surface smooth in the box?
     pub fn is_empty(&self) -> bool {
         self.points.is_empty() && self.curves.is_empty()

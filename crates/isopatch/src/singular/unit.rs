@@ -62,6 +62,16 @@ impl UnitPolynomial {
         Self { center, scale, bounds, terms, degrees, error, digits, floats }
     }
 
+    /// Exponents and whole coefficients.
+    pub fn terms(&self) -> &[(Exponents, BigInt)] {
+        &self.terms
+    }
+
+    /// Are the coefficients exact? They are unless they hold a square root.
+    pub fn is_exact(&self) -> bool {
+        self.error.is_zero()
+    }
+
     /// The point in model units.
     pub fn model(&self, u: Point3) -> Point3 {
         self.center + self.scale * u
