@@ -77,8 +77,9 @@ impl SectorTable {
     /// If the slices of `out` are shorter than the table.
     pub fn evaluate(&self, function: &HybridFunction, f: FaceId, k: usize, out: &mut GridOut<'_>) {
         let normals = out.normals.is_some();
-        let FaceCells::Sectors(sectors) = &function.faces()[f.index()] else {
-            return self.complete(function, f, k, out);
+        let sectors = match &function.faces()[f.index()] {
+            FaceCells::Sectors(sectors) if function.pulls(f, k).is_none() => sectors,
+            _ => return self.complete(function, f, k, out),
         };
         let patch = SectorPatch::new(function, f, sectors, k, normals);
         if !lanes::shoot(&patch, &self.chunks, self.len(), out) {
@@ -90,7 +91,7 @@ impl SectorTable {
         function.shoot_from(f, Foot::Sector(k, self.points[i]), [[0.0; 3]; 2])
     }
 
-    /// A face that is its own patch.
+    /// A face that is its own patch, or is pulled to a crease.
     fn complete(&self, function: &HybridFunction, f: FaceId, k: usize, out: &mut GridOut<'_>) {
         let nan = Point3::repeat(f64::NAN);
         for i in 0..self.len() {

@@ -2,7 +2,7 @@
 
 use super::face::{FaceCells, Foot};
 use super::function::HybridFunction;
-use super::hull::{Sheets, enforce};
+use super::hull::{Sheets, enforce, raised};
 use crate::apatch::{Base, side_of};
 use crate::bernstein::triangle;
 use crate::hull::Class;
@@ -41,8 +41,8 @@ pub fn broken_edges(function: &HybridFunction) -> Vec<EdgeId> {
     edges.filter(|e| function.has_edge_patch(*e) && edge_breaks(function, *e)).collect()
 }
 
-/// The same function, with free parameters that are moved at [broken faces](broken_faces) as far as [`Sheets`] allows, and the
-/// faces that stay broken.
+/// The same function, with free parameters that are moved at [broken faces](broken_faces), then with apexes at other heights there,
+/// if [`Sheets`] allows it; and the faces that stay broken.
 pub fn mended(function: HybridFunction, sheets: Sheets) -> (HybridFunction, Vec<FaceId>) {
     let mut broken = broken_faces(&function);
     if sheets == Sheets::Nowhere {
@@ -70,8 +70,23 @@ pub fn mended(function: HybridFunction, sheets: Sheets) -> (HybridFunction, Vec<
             break;
         }
     }
+    for factor in HEIGHTS {
+        if broken.is_empty() {
+            break;
+        }
+        let mut hull = raised(best.hull(), &broken, factor);
+        enforce(&mut hull, &broken);
+        let other = HybridFunction::new(hull);
+        let left = broken_faces(&other);
+        if left.len() < broken.len() {
+            (best, broken) = (other, left);
+        }
+    }
     (best, broken)
 }
+
+/// Where other parameters do not help, apexes are tried at these multiples of their heights.
+const HEIGHTS: [f64; 5] = [1.6, 2.5, 4.0, 0.7, 0.5];
 
 fn face_breaks(function: &HybridFunction, f: FaceId) -> bool {
     let cells = &function.faces()[f.index()];
