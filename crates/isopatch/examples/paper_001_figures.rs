@@ -132,7 +132,8 @@ fn around(surface: &HybridSurface, drawn: &Tessellation, f: FaceId) -> (Tessella
     let hull = surface.function().hull();
     let mesh = hull.data.mesh();
     let edges: BTreeSet<_> = mesh.face_half_edges(f).map(|h| mesh.edge(h)).collect();
-    let beside: BTreeSet<_> = mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|h| mesh.face(h)).collect();
+    let beside: BTreeSet<_> =
+        mesh.face_half_edges(f).filter_map(|h| mesh.twin(h)).map(|h| mesh.face(h)).collect();
     let near = |patch: PatchId| match surface.over(patch) {
         Over::Face(g) => g == f || beside.contains(&g),
         Over::Edge(e) => edges.contains(&e),
@@ -233,8 +234,16 @@ fn knot() -> PolygonMesh {
 
 /// Rings of quadrilaterals between two fans of triangles.
 fn vase() -> PolygonMesh {
-    const PROFILE: [[f64; 2]; 8] =
-        [[0.5, -1.6], [0.95, -1.3], [1.1, -0.8], [0.9, -0.2], [0.55, 0.3], [0.5, 0.7], [0.7, 1.1], [0.55, 1.45]];
+    const PROFILE: [[f64; 2]; 8] = [
+        [0.5, -1.6],
+        [0.95, -1.3],
+        [1.1, -0.8],
+        [0.9, -0.2],
+        [0.55, 0.3],
+        [0.5, 0.7],
+        [0.7, 1.1],
+        [0.55, 1.45],
+    ];
     const AROUND: u32 = 10;
     let (first, last) = (PROFILE.len() as u32 * AROUND, PROFILE.len() as u32 * AROUND + 1);
     let number = |i: u32, j: u32| i * AROUND + j % AROUND;

@@ -16,7 +16,7 @@ use isopatch::surface::{Domain, PatchId, Surface};
 use isopatch::tessellate::{APatchResolution, tessellate_hybrid};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use support::bodies::{Body, grid, quadrics};
+use support::bodies::{Body, bodies, grid, quadrics};
 
 fn polygons(fitted: Fitted) -> FittedPolygons {
     match fitted {
@@ -247,6 +247,38 @@ fn polygons_that_do_not_fit_are_cut_and_named() {
     assert!(repairs.iter().any(|r| r.what.starts_with("polygons cut into triangles")), "{repairs:?}");
 }
 
+fn very_noisy(name: &str, seed: usize) -> PolygonMesh {
+    let body = bodies().into_iter().find(|body| body.name == name).unwrap();
+    mesh_of(&body, |p| {
+        let vertex = body.positions.iter().position(|q| q == p).unwrap();
+        let at = 1000 * seed + 3 * (vertex + 1);
+        (p + 0.8 * Vec3::new(noise(at), noise(at + 1), noise(at + 2))).normalize()
+    })
+}
+
+/// Where normals are beyond what cells over a polygon can follow, that polygon is cut, and no other.
+#[test]
+fn faults_are_mended_where_they_are() {
+    let mesh = very_noisy("heptagonal prism", 1);
+    let made = run(&mesh, &HybridRecipe::default());
+    assert_eq!(made.figures.elements.unwrap().cut, 2, "{:?}", made.repairs);
+    assert!(made.repairs.iter().any(|r| r.place == "face 3, face 8"), "{:?}", made.repairs);
+    assert_valid("cut", &made.surface, Some(2));
+    // Triangles can't be cut: an edge becomes a crease there, or a face flat.
+    let recipe = HybridRecipe {
+        polygons: Polygons::Split,
+        triangle_element: TriangleElement::Hybrid,
+        ..HybridRecipe::default()
+    };
+    let made = run(&very_noisy("dodecahedron", 2), &recipe);
+    let whats: Vec<&str> = made.repairs.iter().map(|r| r.what.as_str()).collect();
+    assert!(whats.iter().any(|what| what.starts_with("creases added")), "{whats:?}");
+    assert!(whats.iter().any(|what| what.starts_with("faces made flat")), "{whats:?}");
+    let (counts, added) = (made.surface.crease_counts(), made.figures.creases_added);
+    assert!(counts.straight + counts.curved == added && added <= 4, "{counts:?} {added}");
+    assert_valid("creased", &made.surface, Some(2));
+}
+
 /// A native file gives the same surface back, bit for bit.
 #[test]
 fn native_files_give_the_same_surface_back() {
@@ -319,6 +351,7 @@ fn creases_keep_polygons() {
         assert_eq!(elements.cut, 0, "{name}: {:?}", made.repairs);
         let over_triangles = apatch::fit(&mesh, &recipe.triangles, &|_| ()).unwrap();
         let (ours, theirs) = (made.surface.patch_count(), over_triangles.surface.patch_count());
+        println!("| {name} | {ours} | {theirs} |");
         assert!(ours < theirs, "{name}: {ours} patches, {theirs} over triangles");
         let drawn = tessellate_hybrid(&made.surface, APatchResolution { along: 8, across: 3 }).unwrap().mesh;
         assert_eq!(open_edges(&drawn.triangles), 0, "{name}");
@@ -354,6 +387,16 @@ fn a_cylinder_of_polygons_has_flat_ends_and_a_round_side() {
                 assert!(off_side(&p) < 2e-3, "{p:?}");
             }
         }
+    }
+    // Derivatives are those of the points that creases pull, too.
+    const STEP: f64 = 1e-6;
+    for (patch, u, v) in [(0, 0.3, 0.2), (0, 2.6, 0.7), (3, 0.9, 0.05), (16, 4.2, 0.1), (17, 9.5, 0.01)] {
+        let at = |u: f64, v: f64| made.surface.sample(PatchId(patch), [u, v]);
+        let found = at(u, v);
+        let du = (at(u + STEP, v).point - at(u - STEP, v).point) / (2.0 * STEP);
+        let dv = (at(u, v + STEP).point - at(u, v - STEP).point) / (2.0 * STEP);
+        assert!((found.du - du).norm() < 1e-8 && (found.dv - dv).norm() < 1e-8, "{found:?} {du} {dv}");
+        assert!((found.normal - du.cross(&dv).normalize()).norm() < 1e-7, "{found:?}");
     }
     let bounds = made.surface.patches().fold(Aabb::EMPTY, |b, p| b.union(&made.surface.bounds(p)));
     let of_points = worst(&made.surface, 6, |p| if bounds.grown(1e-9).contains(p) { 0.0 } else { 1.0 });

@@ -145,9 +145,8 @@ impl CreasedSector<'_> {
         }
         let sum: f64 = squares.iter().sum();
         let weight = squares[0] / sum;
-        let d = [0, 1, 2].map(|c| {
-            (slopes[0][c] - weight * (slopes[0][c] + slopes[1][c] + slopes[2][c])) / sum
-        });
+        let d =
+            [0, 1, 2].map(|c| (slopes[0][c] - weight * (slopes[0][c] + slopes[1][c] + slopes[2][c])) / sum);
         (weight, d)
     }
 

@@ -34,11 +34,7 @@ impl Ray {
 const ACROSS: [[f64; 3]; 2] = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
 
 /// A point with what a crease adds to it.
-fn pulled(
-    pull: &Pull,
-    moves: [[f64; 3]; 2],
-    shoot: impl Fn([[f64; 3]; 2]) -> Option<Shot>,
-) -> Option<Shot> {
+fn pulled(pull: &Pull, moves: [[f64; 3]; 2], shoot: impl Fn([[f64; 3]; 2]) -> Option<Shot>) -> Option<Shot> {
     let plain = shoot(moves)?;
     if pull.d == [Vec3::zeros(); 3] {
         return Some(plain);

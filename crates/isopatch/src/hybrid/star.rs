@@ -6,8 +6,8 @@
 
 use super::cells::{HybridFace, Jet};
 use super::data::PolygonFrame;
-use super::sectors::{SectorBase, SectorSide, Sectors};
 use super::quadric::Quadric;
+use super::sectors::{SectorBase, SectorSide, Sectors};
 use super::tetra::barycentric;
 use crate::geom::{Mat3, Point3, Vec3};
 use crate::hull::Side;
@@ -156,8 +156,9 @@ const LEAST_SHARE: f64 = 1e-4;
 
 /// The quadric of a face with the linear function added that makes what the planes [a c p_k] lack of (c, p, q) least.
 ///
-/// With it the coefficients around c are as exact as those of the edges. A quadric stays as it is.
-pub fn centered(frame: &PolygonFrame, face: &HybridFace) -> Quadric {
+/// With it the coefficients around c are as exact as those of the edges. A quadric stays as it is. `trust` is the part of the linear
+/// function that is added.
+pub fn centered(frame: &PolygonFrame, face: &HybridFace, trust: f64) -> Quadric {
     let (c, n) = (&face.center, &face.normal);
     let first = n.cross(&Vec3::ith(n.iamin(), 1.0)).normalize();
     let second = n.cross(&first);
@@ -178,7 +179,9 @@ pub fn centered(frame: &PolygonFrame, face: &HybridFace) -> Quadric {
         }
     }
     matrix += LEAST_SHARE * Mat3::identity();
-    let Some(found) = matrix.try_inverse().map(|inverse| inverse * right) else { return face.quadric };
+    let Some(found) = matrix.try_inverse().map(|inverse| trust * (inverse * right)) else {
+        return face.quadric;
+    };
     let slope = found.y * first + found.z * second;
     let from_center = (c - face.quadric.center) / face.quadric.scale;
     let mut quadric = face.quadric;

@@ -23,7 +23,7 @@ use crate::hybrid::hull::{BuiltHull, Certainty, HybridOptions, build, certaintie
 use crate::hybrid::{HermitePolygons, HybridFunction, HybridSurface, mended};
 use crate::inspect::{APatchInspectOptions, inspect_hybrid};
 use crate::io::read::PolygonMesh;
-use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh, Place, VertexId, creases, normals};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, Place, VertexId, creases, normals};
 use crate::report::{APatchReport, Seconds};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -124,7 +124,16 @@ pub fn fit(
     if recipe.triangles.patches.free != Free::Default {
         return over_triangles(Some("free parameters are given for triangles"));
     }
-    let mut work = Work { given: mesh, recipe, base, seconds, turns: false, cut: BTreeMap::new(), parted: BTreeSet::new(), flat: BTreeSet::new() };
+    let mut work = Work {
+        given: mesh,
+        recipe,
+        base,
+        seconds,
+        turns: false,
+        cut: BTreeMap::new(),
+        parted: BTreeSet::new(),
+        flat: BTreeSet::new(),
+    };
     match work.run(progress)? {
         Found::Surface(fitted) => Ok(Fitted::Polygons(fitted)),
         Found::Nothing(why) => over_triangles(Some(why)),
@@ -208,13 +217,15 @@ impl Work<'_> {
             Some(angle) => creases::by_angle(mesh, &self.base.positions, angle),
             None => vec![false; mesh.edge_count()],
         };
-        for h in mesh.half_edges() {
-            let of_flat = self.flat.contains(&self.base.faces[mesh.face(h).index()]);
-            if of_flat || self.parted.contains(&ends(mesh, mesh.edge(h))) {
-                sharp[mesh.edge(h).index()] = true;
-            }
-        }
+        mesh.edges().filter(|e| self.is_added(mesh, *e)).for_each(|e| sharp[e.index()] = true);
         sharp
+    }
+
+    /// Is an edge a crease because the surface could not be smooth there?
+    fn is_added(&self, mesh: &HalfEdgeMesh, e: EdgeId) -> bool {
+        let h = mesh.edge_half_edge(e);
+        let is_flat = |h: HalfEdgeId| self.flat.contains(&self.base.faces[mesh.face(h).index()]);
+        self.parted.contains(&ends(mesh, e)) || [Some(h), mesh.twin(h)].into_iter().flatten().any(is_flat)
     }
 
     /// Where the surface is not valid.
@@ -240,7 +251,8 @@ impl Work<'_> {
             let h = mesh.edge_half_edge(*e);
             [Some(h), mesh.twin(h)].into_iter().flatten().map(|h| mesh.face(h))
         };
-        let mut cut: Vec<FaceId> = faults.faces.iter().copied().chain(faults.edges.iter().flat_map(of_edge)).collect();
+        let mut cut: Vec<FaceId> =
+            faults.faces.iter().copied().chain(faults.edges.iter().flat_map(of_edge)).collect();
         cut.retain(|f| self.base.faces[f.index()].len() > 3);
         cut.sort_unstable();
         cut.dedup();
@@ -375,7 +387,7 @@ impl Work<'_> {
             gradient_lengths: Some(self.recipe.triangles.lengths.name().to_owned()),
             problems: counts,
             normals_moved: moved,
-            creases_added: parted.len(),
+            creases_added: mesh.edges().filter(|e| self.is_added(mesh, *e)).count(),
             ..APatchReport::of_hybrid(surface.function())
         };
         if let Some(elements) = &mut figures.elements {
@@ -408,7 +420,9 @@ fn turn_hidden(
         for corners in creases::sectors(mesh, sharp, v) {
             let around: Vec<Vec3> = corners.iter().map(|h| of_faces[mesh.face(*h).index()]).collect();
             let seen = |n: &Vec3| around.iter().map(|m| m.dot(n)).fold(f64::INFINITY, f64::min);
-            let Some(now) = corners.first().map(|h| seen(&gradients[h.index()].normalize())) else { continue };
+            let Some(now) = corners.first().map(|h| seen(&gradients[h.index()].normalize())) else {
+                continue;
+            };
             if now >= least {
                 continue;
             }

@@ -8,6 +8,7 @@ use super::place::{Placed, placed};
 use super::settle::{Near, settle};
 use super::single_sheet::{self, Certainty, certainties};
 use super::wedge;
+use crate::geom::Vec3;
 use crate::hull::{Problem, Side};
 use crate::hybrid::{Element, HermitePolygons, HybridEdge, HybridFace, HybridHull, Quadric, star};
 use crate::mesh::{EdgeId, FaceId};
@@ -45,9 +46,13 @@ pub fn build(mut data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
         .into_par_iter()
         .map(|f| {
             let face = face(&faces[f], quadrics[f]);
-            let centered = options.middles == Middles::Fitted && face.element == Some(Element::Sectors);
-            let quadric = if centered { star::centered(&data.frame(f.into()), &face) } else { face.quadric };
-            HybridFace { quadric, ..face }
+            if options.middles == Middles::Mean || face.element != Some(Element::Sectors) {
+                return face;
+            }
+            let frame = data.frame(f.into());
+            let mean = frame.n.iter().sum::<Vec3>() / frame.count() as f64;
+            let trust = middles::trust(frame.n.iter().copied(), &mean);
+            HybridFace { quadric: star::centered(&frame, &face, trust), ..face }
         })
         .collect();
     let all: Vec<FaceId> = data.mesh().faces().collect();

@@ -20,9 +20,15 @@ const ACROSS: usize = 11;
 /// zero.
 const DAMPING: f64 = 1e-6;
 
-/// The middle gradient moves by no more than this part of the largest difference of two gradients beside the edge, so that noise
-/// in them is not made larger.
-const FARTHEST: f64 = 0.5;
+/// Gradients that differ from their mean by more than the first of these parts of its length, about 60°, are trusted less, and by
+/// more than the second, about a right angle, not at all: over such a turn a cubic near an edge says nothing.
+const TURN: [f64; 2] = [1.0, 1.5];
+
+/// How far what is finer than the paper's rule is to be trusted where these gradients are: from 0 to 1.
+pub(super) fn trust(gradients: impl Iterator<Item = Vec3> + Clone, mean: &Vec3) -> f64 {
+    let turn = gradients.map(|g| (g - mean).norm()).fold(0.0, f64::max) / mean.norm();
+    ((TURN[1] - turn) / (TURN[1] - TURN[0])).clamp(0.0, 1.0)
+}
 
 type Row = SVector<f64, UNKNOWNS>;
 
@@ -53,26 +59,27 @@ fn lacking(data: &HermitePolygons, quadrics: &[Quadric], e: EdgeId) -> Option<Ve
     let scale = corners.iter().map(|c| (data.position(*c) - middle).norm()).fold(0.0, f64::max);
     let near = [h, g].map(|h| &quadrics[mesh.face(h).index()]);
     let (mut matrix, mut right) = (SMatrix::<f64, UNKNOWNS, UNKNOWNS>::identity() * DAMPING, Row::zeros());
-    let mut spread = 0.0f64;
+    let trust = trust(corners.iter().map(|c| data.gradient(*c)), &(0.5 * mean));
+    if trust == 0.0 {
+        return None;
+    }
     for c in corners {
         let p = data.position(c);
         let value = 0.5 * (near[0].value(&p) + near[1].value(&p)) / scale;
         let slope = data.gradient(c) - 0.5 * (near[0].gradient(&p) + near[1].gradient(&p));
         let missing = axes * slope;
-        for (row, wanted) in rows(&(axes * (p - middle) / scale)).iter().zip([
-            -value, missing.x, missing.y, missing.z,
-        ]) {
+        for (row, wanted) in
+            rows(&(axes * (p - middle) / scale)).iter().zip([-value, missing.x, missing.y, missing.z])
+        {
             matrix.ger(1.0, row, row, 1.0);
             right += wanted * row;
         }
-        spread = spread.max((data.gradient(c) - 0.5 * mean).norm());
     }
     let found = matrix.cholesky()?.solve(&right);
     // Over half the edge the slope across it changes by T_xxy x²/2, and a change of the middle coefficient counts half.
     let half = 0.5 * (end - start).norm() / scale;
-    let by = -found[ACROSS] * half * half;
-    let limit = FARTHEST * spread;
-    by.is_finite().then(|| by.clamp(-limit, limit) * across)
+    let by = -trust * found[ACROSS] * half * half;
+    by.is_finite().then(|| by * across)
 }
 
 /// Value and derivatives of all terms at a point.

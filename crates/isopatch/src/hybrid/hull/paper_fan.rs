@@ -1,7 +1,7 @@
 //! The paper's default rule for fans (4.14): value and gradient at v such that the K cubics come nearest to quadratics that agree
 //! where they meet, coefficient by coefficient, in the least-squares solution of smallest size.
 
-use crate::geom::{Point3, Vec3};
+use crate::geom::Vec3;
 use crate::hybrid::{FanNet, HybridFace, Jet, PolygonFrame};
 use nalgebra::{DMatrix, DVector};
 
@@ -72,6 +72,7 @@ fn raised(frame: &PolygonFrame) -> Vec<[usize; 3]> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::geom::Point3;
     use crate::hull::Class;
     use crate::hybrid::{Element, Quadric};
 

@@ -35,7 +35,9 @@ fn overlaps(hull: &HybridHull, e: EdgeId) -> bool {
         p_l: right.center,
     };
     let is_bad = |side: Side| {
-        let (Some(u_k), Some(u_l)) = (left.apexes[side.index()], right.apexes[side.index()]) else { return false };
+        let (Some(u_k), Some(u_l)) = (left.apexes[side.index()], right.apexes[side.index()]) else {
+            return false;
+        };
         wedge::fault(&frame.cell(side, &u_k, &u_l)).is_some()
     };
     Side::BOTH.into_iter().filter(|side| hull.edges[e.index()].class.reaches(*side)).any(is_bad)
