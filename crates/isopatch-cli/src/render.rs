@@ -7,7 +7,7 @@ use crate::interrupt::{Interruptible, Writing};
 use crate::outputs::{self, flattened_for_picture};
 use isopatch::geom::Point3;
 use isopatch::io::atomic::Outputs;
-use isopatch::io::native::NativeModel;
+use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::png::write_png;
 use isopatch::io::read::read_mesh;
 use isopatch::render::{Image, RenderOptions, Style, Subject, Up, View, draw, of_polygons, scene};
@@ -66,7 +66,12 @@ pub fn of_model(model: &NativeModel, options: &PictureOptions) -> Result<Image, 
     let mesh = flattened_for_picture(model, options.resolution)?;
     let hull = model.a_patches().map(|surface| surface.function().hull());
     let singular = model.rational().map_or_else(Vec::new, |surface| surface.singular_lines(CURVE_PIECES));
-    picture(&mesh, &Subject { surface: Some(model.as_surface()), hull, singular: &singular }, options)
+    let polygons = match &model.surface {
+        NativeSurface::Hybrid(surface) => Some(surface.function().hull()),
+        _ => None,
+    };
+    let surface = Some(model.as_surface());
+    picture(&mesh, &Subject { surface, hull, polygons, singular: &singular }, options)
 }
 
 /// The picture of flat triangles with their singular set.

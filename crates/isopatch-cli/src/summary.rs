@@ -152,7 +152,7 @@ fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
         format!("{} over faces, {over_edges} over edges, {} vertices", base.faces, base.vertices),
     );
     if let Some(elements) = &apatch.elements {
-        let ElementCounts { flat, triangles, pyramids, fans, sectors, cut } = *elements;
+        let ElementCounts { flat, triangles, pyramids, fans, sectors, cut, measured } = *elements;
         let kinds = [
             (triangles, "tetrahedra"),
             (pyramids, "pyramids"),
@@ -163,7 +163,12 @@ fn a_patches(report: &Report, apatch: &APatchReport, lines: &mut Lines) {
         let kinds = kinds.iter().filter(|(count, _)| *count > 0);
         let kinds: Vec<String> = kinds.map(|(count, name)| format!("{count} {name}")).collect();
         let cut = if cut > 0 { format!("; {cut} polygons cut into triangles") } else { String::new() };
-        lines.add("faces", format!("{}{cut}", kinds.join(", ")));
+        let measured = if measured > 0 {
+            format!("; over {measured} single sheets are measured, over all others certain")
+        } else {
+            String::new()
+        };
+        lines.add("faces", format!("{}{cut}{measured}", kinds.join(", ")));
     }
     let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "not known".to_owned());
     lines.add(

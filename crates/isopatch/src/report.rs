@@ -219,6 +219,8 @@ pub struct ElementCounts {
     pub sectors: usize,
     /// Polygons that were cut into triangles.
     pub cut: usize,
+    /// Faces where no condition makes sure that every ray over them and their edges meets the surface once; a lattice of rays does.
+    pub measured: usize,
 }
 
 /// What the A-patch method did.
@@ -365,12 +367,16 @@ impl APatchReport {
             fans: of(Some(Element::Fan)),
             sectors: of(Some(Element::Sectors)),
             cut: 0,
+            measured: 0,
         };
         let [face_cells, edge_cells] = function.cell_counts();
+        let creases = function.crease_counts();
         Self {
             faces: ClassCounts::new(hull.faces.iter().map(|face| face.class)),
             edges: ClassCounts::new(hull.edges.iter().map(|edge| edge.class)),
             elements: Some(elements),
+            creases_straight: creases.straight,
+            creases_curved: creases.curved,
             face_cells,
             edge_cells,
             ..Self::default()

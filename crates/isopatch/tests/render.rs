@@ -143,7 +143,7 @@ fn every_style_draws_and_threads_do_not_matter() {
     let surface = sphere();
     let mesh = tessellate(&surface, &TessellateOptions { resolution: 8 }).unwrap();
     let singular = vec![vec![Point3::new(-0.7, -0.8, 0.0), Point3::new(0.0, -1.05, 0.0)], vec![-Point3::y()]];
-    let subject = Subject { surface: Some(&surface), hull: None, singular: &singular };
+    let subject = Subject { surface: Some(&surface), singular: &singular, ..Subject::default() };
     let styles = [
         Style::Shaded,
         Style::Patches,

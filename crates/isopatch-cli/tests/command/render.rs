@@ -1,5 +1,6 @@
 //! Pictures.
 
+use super::meshes::CUBE;
 use super::{Folder, data_folder, model};
 use std::fs;
 
@@ -74,6 +75,22 @@ fn a_mesh_and_its_a_patches_are_drawn() {
     let net = ["render", "a.isopatch", "-o", "n.png", "--style", "net"];
     folder.run(&net).assert_fails(2, &["--style", "control points"]);
     folder.run(&["render", &torus, "-o", "n.png", "--resolution", "3"]).assert_fails(2, &["--resolution"]);
+}
+
+#[test]
+fn hulls_over_polygons_are_drawn() {
+    let folder = Folder::new();
+    fs::write(folder.path("cube.off"), CUBE).unwrap();
+    folder.run(&["fit", "cube.off", "--quiet", "-o", "a.isopatch"]).assert_done();
+    for style in ["shaded", "hull"] {
+        let output = format!("{style}.png");
+        folder
+            .run(&["render", "a.isopatch", "-o", &output, "--style", style, "--size", "80x60"])
+            .assert_done();
+        assert_eq!(size(&folder, &output), [80, 60]);
+    }
+    let read = |name: &str| fs::read(folder.path(name)).unwrap();
+    assert_ne!(read("shaded.png"), read("hull.png"));
 }
 
 #[test]

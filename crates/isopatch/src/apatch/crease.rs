@@ -13,10 +13,11 @@
 
 use super::base::Base;
 use super::build::APatchFunction;
+use super::edge::Rim;
 use super::shoot::{root, side_of};
 use crate::bernstein::restrict::over_interval;
 use crate::geom::{Aabb, Point3, Vec3};
-use crate::hull::{Class, CreaseCurve};
+use crate::hull::{Class, CreaseCurve, Side};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use crate::surface::Sample;
 
@@ -136,34 +137,50 @@ impl<'a> CreasedRim<'a> {
         let cell = face.sides[side.index()].as_ref()?;
         let apex = hull.faces()[f.index()].apexes[side.index()]?;
         let rim = cell.flank(a, false, function.free()[f.index()][side.index()]).rim;
-        let layers = [side.sign() * value, rim.layer1(x, z), rim.layer2(x, z), rim.b];
-        let t = root(class, &layers)?;
-        // The layers' derivatives by z, with x = 1 − z.
-        let [f_i, f_ij, f_j] = rim.layer1;
-        let moved = [
-            side.sign() * 3.0 * ((x - z) * (e[0] * x + e[1] * z) + x * z * (e[1] - e[0])),
-            2.0 * ((f_ij - f_i) * x + (f_j - f_ij) * z),
-            2.0 / 3.0 * (rim.q[1] - rim.q[0]),
-            0.0,
-        ];
-        let r = 1.0 - t;
-        let d_z = cubic_form(moved, r, t);
-        let d_t = 3.0
-            * (r * r * (layers[1] - layers[0])
-                + 2.0 * r * t * (layers[2] - layers[1])
-                + t * t * (layers[3] - layers[2]));
-        let along = apex - q;
-        Some((q + t * along, r * edge - d_z / d_t * along))
+        rim_point(&rim, class, side, e, [corners[a], corners[b]], &apex, [x, z])
     }
 }
 
+/// Where the zero set over an edge from a to b ends, and the derivative by z; None if there is no root.
+///
+/// `rim` and the apex are those of a cell beside the edge, and e the coefficients on the edge; x and z are the weights of a and b.
+pub(crate) fn rim_point(
+    rim: &Rim,
+    class: Class,
+    side: Side,
+    e: [f64; 2],
+    [a, b]: [Point3; 2],
+    apex: &Point3,
+    [x, z]: [f64; 2],
+) -> Option<(Point3, Vec3)> {
+    let (q, edge) = (x * a + z * b, b - a);
+    let layers = [side.sign() * Base::on_edge(e, x, z), rim.layer1(x, z), rim.layer2(x, z), rim.b];
+    let t = root(class, &layers)?;
+    // The layers' derivatives by z, with x = 1 − z.
+    let [f_i, f_ij, f_j] = rim.layer1;
+    let moved = [
+        side.sign() * 3.0 * ((x - z) * (e[0] * x + e[1] * z) + x * z * (e[1] - e[0])),
+        2.0 * ((f_ij - f_i) * x + (f_j - f_ij) * z),
+        2.0 / 3.0 * (rim.q[1] - rim.q[0]),
+        0.0,
+    ];
+    let r = 1.0 - t;
+    let d_z = cubic_form(moved, r, t);
+    let d_t = 3.0
+        * (r * r * (layers[1] - layers[0])
+            + 2.0 * r * t * (layers[2] - layers[1])
+            + t * t * (layers[3] - layers[2]));
+    let along = apex - q;
+    Some((q + t * along, r * edge - d_z / d_t * along))
+}
+
 /// The box of a point of one box less one of another.
-fn difference(to: &Aabb, from: &Aabb) -> Aabb {
+pub(crate) fn difference(to: &Aabb, from: &Aabb) -> Aabb {
     Aabb { min: to.min - from.max, max: to.max - from.min }
 }
 
 /// The box of the points of a box times a weight between two weights ≥ 0.
-fn weighted(b: &Aabb, [least, most]: [f64; 2]) -> Aabb {
+pub(crate) fn weighted(b: &Aabb, [least, most]: [f64; 2]) -> Aabb {
     Aabb::around(&[least * b.min, most * b.min, least * b.max, most * b.max])
 }
 

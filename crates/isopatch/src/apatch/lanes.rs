@@ -47,22 +47,36 @@ pub fn pick<const N: usize>(first: bool, a: &[f64; N], b: &[f64; N]) -> [f64; N]
     picked
 }
 
-/// The root t of the cubic with the given layers, for the signs (−, +, +, +) or a start at zero; NaN for other signs, or if two
-/// steps were not enough.
+/// The root t of the cubic with the given layers, for the signs (−, ±, +, +), where there is one, or (0, +, +, +); NaN for other
+/// signs, or if two steps were not enough.
 ///
 /// The start in s = t/(1 − t) is the root of the first three terms, as in [`crate::bernstein::cubic::simple_root`]. A step of
 /// Householder's method of order four costs one division, as one of Newton's does, and two of them do what takes four of
 /// those; the division of the second is left for t itself.
 #[inline(always)]
 pub fn root(b: [f64; 4]) -> f64 {
+    root_in::<1>(b)
+}
+
+/// The same with a step more, for cells whose layers are far apart.
+#[inline(always)]
+pub fn far_root(b: [f64; 4]) -> f64 {
+    root_in::<2>(b)
+}
+
+/// With this many steps before the last one.
+#[inline(always)]
+fn root_in<const STEPS: usize>(b: [f64; 4]) -> f64 {
     let (c1, c2) = (3.0 * b[1], 3.0 * b[2]);
-    let start = -2.0 * b[0] / (c1 + (c1 * c1 - 4.0 * (b[0] * c2)).sqrt());
-    let (n, d) = step([b[0], c1, c2, b[3]], start);
-    let s = start - n / d;
+    let mut s = -2.0 * b[0] / (c1 + (c1 * c1 - 4.0 * (b[0] * c2)).sqrt());
+    for _ in 0..STEPS {
+        let (n, d) = step([b[0], c1, c2, b[3]], s);
+        s -= n / d;
+    }
     let (n, d) = step([b[0], c1, c2, b[3]], s);
     let top = s * d - n;
     let t = top / (top + d);
-    let signs = (b[0] <= 0.0) & (b[1] > 0.0) & (b[2] >= 0.0) & (b[3] > 0.0);
+    let signs = (b[0] <= 0.0) & ((b[1] > 0.0) | (b[0] < 0.0)) & (b[2] >= 0.0) & (b[3] > 0.0);
     if signs & (n.abs() <= SETTLED * (s * d)) { t } else { f64::NAN }
 }
 
@@ -266,11 +280,13 @@ mod tests {
         let (mut found, mut worst) = (0, 0.0f64);
         let size = |n: usize, k: usize| 10.0f64.powf(1.5 * ((n * 4 + k) as f64 * 12.9898).sin());
         for n in 0..20_000 {
-            let b = [-size(n, 0), size(n, 1), size(n, 2), size(n, 3)];
+            // Layer 1 may have either sign.
+            let below = if n % 3 == 0 { -1.0 } else { 1.0 };
+            let b = [-size(n, 0), below * size(n, 1), size(n, 2), size(n, 3)];
             let t = root(b);
             if !t.is_nan() {
                 found += 1;
-                let exact = cubic::simple_root(&b);
+                let exact = cubic::minimal_root(&b).unwrap();
                 worst = worst.max((t - exact).abs() / exact);
             }
         }
@@ -281,8 +297,10 @@ mod tests {
     #[test]
     fn other_signs_have_no_root() {
         assert_eq!(root([0.0, 1.0, 1.0, 1.0]), 0.0);
-        for b in
-            [[1.0, 1.0, 1.0, 1.0], [-1.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]]
+        // Two steps are too few here, three are not.
+        let far = [-1.0, 0.1, 0.1, 1e6];
+        assert!(root(far).is_nan() && (far_root(far) - cubic::simple_root(&far)).abs() < 1e-15);
+        for b in [[1.0, 1.0, 1.0, 1.0], [0.0, -1.0, 1.0, 1.0], [-1.0, 1.0, -1.0, 1.0], [-1.0, 1.0, 1.0, -1.0]]
         {
             assert!(root(b).is_nan(), "{b:?}");
         }

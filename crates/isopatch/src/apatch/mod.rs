@@ -44,6 +44,7 @@ mod tests;
 pub use base::Base;
 pub use build::{APatchFunction, APatchOptions, APatchParts, build};
 pub use crease::{CreaseCounts, CreasedFace};
+pub(crate) use crease::{difference, rim_point, weighted};
 pub use edge::{EdgeFunction, EdgeSide, Flank, Rim};
 pub use face::{FaceFunction, FaceSide};
 pub use free::{Free, FreeRule};

@@ -40,6 +40,18 @@ fn direction(n: Vec3, m: Vec3, along: &Vec3) -> Vec3 {
 }
 
 impl CreaseCurve {
+    /// The curve over an edge from p to q, with the normals on its left and on its right at both ends.
+    ///
+    /// A cubic Hermite curve. Where it leaves the edge by the angle φ its derivative has the length 2 |q − p| / (1 + cos φ),
+    /// which brings it within O(φ⁶) of an arc of a circle.
+    pub fn new([p, q]: [Point3; 2], normals: [[Vec3; 2]; 2]) -> Self {
+        let (length, along) = ((q - p).norm(), (q - p).normalize());
+        let tangents = normals.map(|[n, m]| direction(n, m, &along));
+        let is_straight = tangents.iter().all(|t| t.cross(&along).norm() <= STRAIGHT);
+        let [start, end] = tangents.map(|t| 2.0 / 3.0 * length / (1.0 + t.dot(&along)) * t);
+        Self { net: [p, p + start, q - end, q], is_straight }
+    }
+
     /// Point where x is the weight of the start and z that of the end, x + z = 1.
     #[inline]
     pub fn point(&self, x: f64, z: f64) -> Point3 {
@@ -63,17 +75,10 @@ impl CreaseCurve {
 
 impl HermiteMesh {
     /// The curve over a sharp edge, in the direction of its half edge; none for other edges.
-    ///
-    /// A cubic Hermite curve. Where it leaves the edge by the angle φ its derivative has the length 2 |p_j − p_i| / (1 + cos φ),
-    /// which brings it within O(φ⁶) of an arc of a circle.
     pub fn crease_curve(&self, e: EdgeId) -> Option<CreaseCurve> {
         let ends = self.crease_corners(e)?;
-        let [p, q] = [ends[0][0], ends[1][0]].map(|h| self.positions()[self.mesh().origin(h).index()]);
-        let (length, along) = ((q - p).norm(), (q - p).normalize());
-        let tangents = ends.map(|[h, g]| direction(self.gradient(h), self.gradient(g), &along));
-        let is_straight = tangents.iter().all(|t| t.cross(&along).norm() <= STRAIGHT);
-        let [start, end] = tangents.map(|t| 2.0 / 3.0 * length / (1.0 + t.dot(&along)) * t);
-        Some(CreaseCurve { net: [p, p + start, q - end, q], is_straight })
+        let at = ends.map(|[h, _]| self.positions()[self.mesh().origin(h).index()]);
+        Some(CreaseCurve::new(at, ends.map(|corners| corners.map(|h| self.gradient(h)))))
     }
 
     /// The corners on the left and the right of a sharp edge, at its start and at its end.

@@ -70,7 +70,7 @@ impl FaceCells {
     }
 
     /// How rays are chosen: where there are cells on both sides, by the sign of the function on the base.
-    fn class(&self, class: Class) -> Class {
+    pub(super) fn class(&self, class: Class) -> Class {
         match self {
             Self::Sectors(sectors) if sectors.sides.iter().all(Option::is_some) => Class::Nonconvex,
             _ => class,

@@ -6,9 +6,10 @@ use super::flank::Flank;
 use super::tetra::gradient;
 use crate::apatch::EdgeFunction;
 use crate::geom::{Point3, Vec3};
-use crate::hull::Side;
+use crate::hull::{CreaseCurve, Side};
 use crate::mesh::{EdgeId, FaceId};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// A C1 function on the hull of a polygon mesh, zero at its vertices with the given gradients there.
 ///
@@ -20,6 +21,8 @@ pub struct HybridFunction {
     corners: Vec<Vec<Point3>>,
     faces: Vec<FaceCells>,
     edges: Vec<[Option<EdgeFunction>; 2]>,
+    /// The curves of creases in which the zero set of a face does not end by itself.
+    pub(super) curves: BTreeMap<EdgeId, CreaseCurve>,
 }
 
 impl HybridFunction {
@@ -33,7 +36,8 @@ impl HybridFunction {
                 (frame.p, cells)
             })
             .unzip();
-        let mut function = Self { hull, corners, faces, edges: Vec::new() };
+        let curves = curves(&hull);
+        let mut function = Self { hull, corners, faces, edges: Vec::new(), curves };
         function.edges = (0..function.hull.edges.len())
             .into_par_iter()
             .map(|e| Side::BOTH.map(|side| function.built_edge(e.into(), side)))
@@ -150,4 +154,14 @@ impl HybridFunction {
         let (value, d) = self.edge_function(e, side)?.value(x);
         Some((side.sign() * value, side.sign() * gradient(&corners, d)))
     }
+}
+
+fn curves(hull: &HybridHull) -> BTreeMap<EdgeId, CreaseCurve> {
+    let mesh = hull.data.mesh();
+    let is_pulled = |e: &EdgeId| {
+        let h = mesh.edge_half_edge(*e);
+        ![Some(h), mesh.twin(h)].into_iter().flatten().all(|h| hull.data.ends_in_crease(h))
+    };
+    let creases = mesh.edges().filter(|e| hull.data.is_crease(*e)).filter(is_pulled);
+    creases.filter_map(|e| Some((e, hull.data.crease_curve(e)?))).collect()
 }

@@ -16,6 +16,7 @@
 //! sectors.rs    what the last two have in common: the function in [a c p q]
 //! flank.rs      from there to the cells of edges (4.4)
 //!
+//! crease.rs     patches beside sharp edges
 //! function.rs   the function;  shoot.rs points and derivatives;  part.rs bounds;  locate.rs inside and outside
 //! hull/         the hull of a mesh: cells, apexes, free parameters;  sheets.rs rays that meet the surface never or twice
 //! grid.rs       many points at once
@@ -25,6 +26,7 @@
 //! What is stored for a side is for the function times the sign of the side, see [`hull`](crate::hull).
 
 mod cells;
+mod crease;
 mod data;
 mod face;
 mod fan;

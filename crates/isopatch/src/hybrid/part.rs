@@ -4,7 +4,7 @@
 use super::face::{FaceCells, Foot};
 use super::function::HybridFunction;
 use super::pyramid::PyramidCell;
-use super::sectors::{SectorBase, SectorSide};
+use super::sectors::{SectorBase, SectorSide, Sectors};
 use crate::apatch::part::{MARGIN, around_rays, hull_of, on_side, roots};
 use crate::bernstein::restrict::{over_interval, over_triangle};
 use crate::bernstein::{cubic, index};
@@ -132,8 +132,10 @@ impl HybridFunction {
             (_, [Foot::Triangle(a), Foot::Triangle(b), Foot::Triangle(c)]) => {
                 vec![Part::Triangle(0, [a, b, c])]
             }
-            (FaceCells::Sectors(sectors), _) if corners.len() == 3 => {
-                let center = self.center_in_triangle(f, &sectors.center);
+            (FaceCells::Sectors(Sectors { center, .. }) | FaceCells::Flat(center), _)
+                if corners.len() == 3 =>
+            {
+                let center = self.center_in_triangle(f, center);
                 let barycentric = triangle.map(|[u, v]| [u, v, 1.0 - u - v]);
                 clipped_to_sectors(barycentric, center)
             }
@@ -158,7 +160,14 @@ impl HybridFunction {
     /// A box around the patch over a face where the parameters are in a triangle.
     pub fn face_part_bounds(&self, f: FaceId, triangle: [[f64; 2]; 3]) -> Aabb {
         let parts = self.parts(f, triangle);
-        parts.iter().fold(Aabb::EMPTY, |bounds, part| bounds.union(&self.bounds_of(f, part)))
+        parts.iter().fold(Aabb::EMPTY, |bounds, part| bounds.union(&self.pulled_bounds_of(f, part)))
+    }
+
+    fn pulled_bounds_of(&self, f: FaceId, part: &Part) -> Aabb {
+        let zero_set = self.bounds_of(f, part);
+        let Part::Triangle(k, x) = part else { return zero_set };
+        let Some(sector) = self.pulls(f, *k) else { return zero_set };
+        zero_set.plus(&sector.bounds(x, |on_edge| self.bounds_of(f, &Part::Triangle(*k, on_edge))))
     }
 
     fn bounds_of(&self, f: FaceId, part: &Part) -> Aabb {
@@ -169,9 +178,6 @@ impl HybridFunction {
                 s.iter().flat_map(|s| t.iter().map(|t| Foot::Pyramid([*s, *t]))).collect()
             }
             (Part::Triangle(_, x), FaceCells::Triangle { .. }) => x.map(Foot::Triangle).to_vec(),
-            (Part::Triangle(_, x), FaceCells::Flat(_)) if corners.len() == 3 => {
-                x.map(Foot::Triangle).to_vec()
-            }
             (Part::Triangle(k, x), _) => x.map(|x| Foot::Sector(*k, x)).to_vec(),
         };
         let points: Vec<Point3> =

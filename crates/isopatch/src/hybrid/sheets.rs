@@ -2,11 +2,11 @@
 
 use super::face::{FaceCells, Foot};
 use super::function::HybridFunction;
-use super::hull::{Sheets, enforce};
+use super::hull::{Sheets, enforce, raised};
 use crate::apatch::{Base, side_of};
 use crate::bernstein::triangle;
 use crate::hull::Class;
-use crate::mesh::{EdgeId, FaceId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
 use rayon::prelude::*;
 
 /// Intervals of the lattices of rays that are looked at, over a face or a sector of it, and along and across an edge.
@@ -22,14 +22,26 @@ const ZERO: f64 = 1e-13;
 ///
 /// Measured on lattices of rays: 8 intervals a patch.
 pub fn broken_faces(function: &HybridFunction) -> Vec<FaceId> {
+    let all: Vec<FaceId> = function.hull().data.mesh().faces().collect();
+    broken_near(function, &all)
+}
+
+/// The same of rays over some faces and over their edges alone.
+fn broken_near(function: &HybridFunction, near: &[FaceId]) -> Vec<FaceId> {
     let mesh = function.hull().data.mesh();
-    let over_faces =
-        (0..mesh.face_count()).into_par_iter().map(FaceId::from).filter(|f| face_breaks(function, *f));
-    let mut faces: Vec<FaceId> = over_faces.collect();
-    for e in broken_edges(function) {
-        let h = mesh.edge_half_edge(e);
-        faces.extend([Some(h), mesh.twin(h)].into_iter().flatten().map(|h| mesh.face(h)));
-    }
+    let over = |f: &FaceId| {
+        let bad = |h: &HalfEdgeId| {
+            let e = mesh.edge(*h);
+            function.has_edge_patch(e) && edge_breaks(function, e)
+        };
+        let mut found: Vec<FaceId> =
+            mesh.face_half_edges(*f).filter(bad).filter_map(|h| mesh.twin(h)).map(|h| mesh.face(h)).collect();
+        if !found.is_empty() || face_breaks(function, *f) {
+            found.push(*f);
+        }
+        found
+    };
+    let mut faces: Vec<FaceId> = near.par_iter().flat_map_iter(over).collect();
     faces.sort_unstable();
     faces.dedup();
     faces
@@ -41,8 +53,8 @@ pub fn broken_edges(function: &HybridFunction) -> Vec<EdgeId> {
     edges.filter(|e| function.has_edge_patch(*e) && edge_breaks(function, *e)).collect()
 }
 
-/// The same function, with free parameters that are moved at [broken faces](broken_faces) as far as [`Sheets`] allows, and the
-/// faces that stay broken.
+/// The same function, with free parameters that are moved at [broken faces](broken_faces), then with apexes at other heights there,
+/// if [`Sheets`] allows it; and the faces that stay broken.
 pub fn mended(function: HybridFunction, sheets: Sheets) -> (HybridFunction, Vec<FaceId>) {
     let mut broken = broken_faces(&function);
     if sheets == Sheets::Nowhere {
@@ -60,7 +72,7 @@ pub fn mended(function: HybridFunction, sheets: Sheets) -> (HybridFunction, Vec<
         let mut hull = best.hull().clone();
         enforce(&mut hull, &tried);
         let other = HybridFunction::new(hull);
-        let left = broken_faces(&other);
+        let left = broken_near(&other, &tried);
         if left.len() >= broken.len() && left != broken {
             break;
         }
@@ -70,8 +82,23 @@ pub fn mended(function: HybridFunction, sheets: Sheets) -> (HybridFunction, Vec<
             break;
         }
     }
+    for factor in HEIGHTS {
+        if broken.is_empty() {
+            break;
+        }
+        let mut hull = raised(best.hull(), &broken, factor);
+        enforce(&mut hull, &broken);
+        let other = HybridFunction::new(hull);
+        let left = broken_near(&other, &broken);
+        if left.len() < broken.len() {
+            (best, broken) = (other, left);
+        }
+    }
     (best, broken)
 }
+
+/// Where other parameters do not help, apexes are tried at these multiples of their heights.
+const HEIGHTS: [f64; 5] = [1.6, 2.5, 4.0, 0.7, 0.5];
 
 fn face_breaks(function: &HybridFunction, f: FaceId) -> bool {
     let cells = &function.faces()[f.index()];

@@ -1,5 +1,6 @@
 //! Points of the surface: the smallest root on a ray, and what follows from it.
 
+use super::crease::Pull;
 use super::face::{FaceCells, Foot, in_triangle, sector_of};
 use super::function::HybridFunction;
 use crate::apatch::{Base, Shot, root, side_of};
@@ -29,6 +30,27 @@ impl Ray {
     }
 }
 
+/// From the center of a sector to the start and to the end of its edge.
+const ACROSS: [[f64; 3]; 2] = [[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
+
+/// A point with what a crease adds to it.
+fn pulled(pull: &Pull, moves: [[f64; 3]; 2], shoot: impl Fn([[f64; 3]; 2]) -> Option<Shot>) -> Option<Shot> {
+    let plain = shoot(moves)?;
+    if pull.d == [Vec3::zeros(); 3] {
+        return Some(plain);
+    }
+    let along = |d: [f64; 3]| d[0] * pull.d[0] + d[1] * pull.d[1] + d[2] * pull.d[2];
+    let across = shoot(ACROSS)?;
+    let normal = (across.du + along(ACROSS[0])).cross(&(across.dv + along(ACROSS[1])));
+    Some(Shot {
+        point: pull.exact.unwrap_or(plain.point + pull.by),
+        gradient: plain.gradient.norm() * normal.normalize(),
+        du: plain.du + along(moves[0]),
+        dv: plain.dv + along(moves[1]),
+        ..plain
+    })
+}
+
 impl HybridFunction {
     /// The domain of the patch over a face: a triangle, the square of a pyramid, or a polygon in sectors.
     pub fn face_domain(&self, f: FaceId) -> Domain {
@@ -50,8 +72,12 @@ impl HybridFunction {
             }
             (cells, Some(triangle)) if corners.len() == 3 => {
                 let (x, d) = ([u, v, 1.0 - u - v], [[1.0, 0.0, -1.0], [0.0, 1.0, -1.0]]);
-                let FaceCells::Sectors(sectors) = cells else { return (Foot::Triangle(x), d) };
-                let center = in_triangle(*triangle, &sectors.center);
+                let center = match cells {
+                    FaceCells::Sectors(sectors) => &sectors.center,
+                    FaceCells::Flat(center) => center,
+                    FaceCells::Triangle { .. } | FaceCells::Pyramid(_) => return (Foot::Triangle(x), d),
+                };
+                let center = in_triangle(*triangle, center);
                 let (k, in_sector) = sector_of(x, center);
                 let (q, third) = ((k + 1) % 3, (k + 2) % 3);
                 let moved = d.map(|d| {
@@ -87,25 +113,28 @@ impl HybridFunction {
 
     /// The point of the patch over a face on the ray from a foot; du and dv are by what moves the coordinates of the foot as given.
     pub fn shoot_from(&self, f: FaceId, foot: Foot, moves: [[f64; 3]; 2]) -> Option<Shot> {
+        if let Foot::Sector(k, x) = foot
+            && let Some(sector) = self.pulls(f, k)
+        {
+            return pulled(&sector.at(x)?, moves, |moves| self.shoot_plain(f, foot, moves));
+        }
+        self.shoot_plain(f, foot, moves)
+    }
+
+    /// The zero set, before creases pull at it.
+    fn shoot_plain(&self, f: FaceId, foot: Foot, moves: [[f64; 3]; 2]) -> Option<Shot> {
         let (cells, face, corners) =
             (&self.faces()[f.index()], &self.hull().faces[f.index()], self.corners(f));
         let (point, by_foot) = cells.point(corners, foot)?;
-        let moved = moves.map(|d| d[0] * by_foot[0] + d[1] * by_foot[1] + d[2] * by_foot[2]);
+        let [du, dv] = moves.map(|d| d[0] * by_foot[0] + d[1] * by_foot[1] + d[2] * by_foot[2]);
         if let FaceCells::Flat(_) = cells {
-            let normal = self.flat_normal(f, foot);
-            return Some(Shot {
-                side: Side::Outer,
-                t: 0.0,
-                point,
-                gradient: normal,
-                du: moved[0],
-                dv: moved[1],
-            });
+            let gradient = self.flat_normal(f, foot);
+            return Some(Shot { side: Side::Outer, t: 0.0, point, gradient, du, dv });
         }
         let (side, t) = cells.root(face.class, foot)?;
         let apex = face.apexes[side.index()].as_ref()?;
         let (_, gradient) = cells.value(corners, apex, side, foot, t)?;
-        let ray = Ray { foot: point, top: *apex, moves: [moved, [Vec3::zeros(); 2]] };
+        let ray = Ray { foot: point, top: *apex, moves: [[du, dv], [Vec3::zeros(); 2]] };
         Some(ray.shot(side, t, gradient))
     }
 

@@ -6,9 +6,10 @@
 
 use super::cells::{HybridFace, Jet};
 use super::data::PolygonFrame;
+use super::quadric::Quadric;
 use super::sectors::{SectorBase, SectorSide, Sectors};
 use super::tetra::barycentric;
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Mat3, Point3, Vec3};
 use crate::hull::Side;
 
 /// The coefficients with two of a and c: functions of the third point.
@@ -147,6 +148,46 @@ fn turns(weights: &[[f64; 4]], once: &[f64], twice: &[[f64; 3]]) -> Vec<[f64; 2]
         turns[k][0] = at_next * share;
     }
     turns
+}
+
+/// Equations that ask for no more than this part of what the others do are not heard, so that a polygon with many corners, whose
+/// center hardly matters for its planes, does not make large numbers of small ones.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// The quadric of a face with the linear function added that makes what the planes [a c p_k] lack of (c, p, q) least.
+///
+/// With it the coefficients around c are as exact as those of the edges. A quadric stays as it is. `trust` is the part of the linear
+/// function that is added.
+pub fn centered(frame: &PolygonFrame, face: &HybridFace, trust: f64) -> Quadric {
+    let (c, n) = (&face.center, &face.normal);
+    let first = n.cross(&Vec3::ith(n.iamin(), 1.0)).normalize();
+    let second = n.cross(&first);
+    let (mut matrix, mut right) = (Mat3::zeros(), Vec3::zeros());
+    for axis in axes(face).iter().flatten() {
+        for k in 0..frame.count() {
+            let (before, p) = (frame.before(k), &frame.p[k]);
+            let [at_a, at_c, at_p, at_next] =
+                barycentric([axis.apex, *c, *p, frame.p[frame.after(k)]], &frame.p[before]);
+            let once = at_a * axis.ac(p) + at_c * axis.cc(p) + at_p * frame.at_corner(k, c);
+            let lacking = frame.on_edge(before, c) - once - at_next * frame.on_edge(k, c);
+            // A linear function's coefficient of (c, c, p) is its value a third of the way to p.
+            let third = (p - c) / (3.0 * face.quadric.scale);
+            let row = (at_a + at_c) / (1.0 + at_next * at_next).sqrt()
+                * Vec3::new(1.0, third.dot(&first), third.dot(&second));
+            matrix += row * row.transpose();
+            right += lacking / (1.0 + at_next * at_next).sqrt() * row;
+        }
+    }
+    matrix += LEAST_SHARE * Mat3::identity();
+    let Some(found) = matrix.try_inverse().map(|inverse| trust * (inverse * right)) else {
+        return face.quadric;
+    };
+    let slope = found.y * first + found.z * second;
+    let from_center = (c - face.quadric.center) / face.quadric.scale;
+    let mut quadric = face.quadric;
+    quadric.coefficients[0] += found.x - slope.dot(&from_center);
+    (0..3).for_each(|i| quadric.coefficients[1 + i] += slope[i]);
+    quadric
 }
 
 /// The function over a polygon with the given data.

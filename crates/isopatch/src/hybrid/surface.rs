@@ -1,7 +1,7 @@
 use super::face::FaceCells;
 use super::function::HybridFunction;
 use super::locate::CellTree;
-use crate::apatch::{Over, Shot};
+use crate::apatch::{CreaseCounts, Over, Shot};
 use crate::geom::{Aabb, Vec3};
 use crate::mesh::{EdgeId, FaceId};
 use crate::surface::{Continuity, Domain, PatchForm, PatchId, Sample, Seam, SeamSide, Surface, Volume};
@@ -160,6 +160,12 @@ impl Surface for HybridSurface {
 }
 
 impl HybridSurface {
+    /// Counts the creases: those that are straight, so that the function ends in them by itself, and those to which the faces are
+    /// pulled.
+    pub fn crease_counts(&self) -> CreaseCounts {
+        self.function.crease_counts()
+    }
+
     /// Number of patches that are flat faces, and so have no cells.
     pub fn flat_count(&self) -> usize {
         self.function.faces().iter().filter(|cells| matches!(cells, FaceCells::Flat(_))).count()

@@ -17,15 +17,15 @@ use super::apatch::{
 use super::triangulated::{Repaired, word};
 use crate::apatch::{Free, Over};
 use crate::base::Repair;
-use crate::geom::{Point3, Vec3};
+use crate::geom::Vec3;
 use crate::hull::{Problem, Reason, most_visible_direction};
-use crate::hybrid::hull::{BuiltHull, HybridOptions, build, has_room};
+use crate::hybrid::hull::{BuiltHull, Certainty, HybridOptions, build, certainties, has_room};
 use crate::hybrid::{HermitePolygons, HybridFunction, HybridSurface, mended};
 use crate::inspect::{APatchInspectOptions, inspect_hybrid};
 use crate::io::read::PolygonMesh;
-use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh, Place, VertexId, creases, normals};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, Place, VertexId, creases, normals};
 use crate::report::{APatchReport, Seconds};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What becomes of polygons with more than three corners.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,16 +83,17 @@ pub enum Fitted {
     Triangles(Box<FittedMesh>),
 }
 
-/// Rounds: as it is, with normals that are turned, then with polygons cut that do not fit.
-const ROUNDS: usize = 5;
+/// Rounds: as it is, with normals that are turned, with polygons cut that do not fit, then with flat faces and creases where nothing
+/// else did.
+const ROUNDS: usize = 8;
 
 /// Polygons with more corners are cut into triangles: their sectors would be slivers.
 const MOST_CORNERS: usize = 64;
 
 /// The A-patch surface of a mesh; `progress` is told the name of each stage as it starts.
 ///
-/// A mesh of triangles becomes the surface of [`apatch::fit`]. So does one with creases, and one for which no valid surface over
-/// its polygons is found; the repairs of the result then say why.
+/// A mesh of triangles becomes the surface of [`apatch::fit`]. So does one for which no valid surface over its polygons is found;
+/// the repairs of the result then say why.
 pub fn fit(
     mesh: &PolygonMesh,
     recipe: &HybridRecipe,
@@ -123,11 +124,34 @@ pub fn fit(
     if recipe.triangles.patches.free != Free::Default {
         return over_triangles(Some("free parameters are given for triangles"));
     }
-    let mut work = Work { given: mesh, recipe, base, seconds, turns: false, cut: BTreeMap::new() };
+    let mut work = Work {
+        given: mesh,
+        recipe,
+        base,
+        seconds,
+        turns: false,
+        cut: BTreeMap::new(),
+        parted: BTreeSet::new(),
+        flat: BTreeSet::new(),
+    };
     match work.run(progress)? {
         Found::Surface(fitted) => Ok(Fitted::Polygons(fitted)),
         Found::Nothing(why) => over_triangles(Some(why)),
     }
+}
+
+/// Where a surface is not valid: faces with rays that do not meet it once or patches that fold, and edges at which cells overlap.
+struct Faults {
+    faces: Vec<FaceId>,
+    edges: Vec<EdgeId>,
+}
+
+/// The vertices of an edge, the smaller number first.
+fn ends(mesh: &HalfEdgeMesh, e: EdgeId) -> [u32; 2] {
+    let h = mesh.edge_half_edge(e);
+    let mut ends = [mesh.origin(h).0, mesh.dest(h).0];
+    ends.sort_unstable();
+    ends
 }
 
 /// The run so far.
@@ -140,6 +164,10 @@ struct Work<'a> {
     turns: bool,
     /// Polygons of the file that were cut, by the reason.
     cut: BTreeMap<&'static str, Vec<u32>>,
+    /// Edges that became creases, by their vertices.
+    parted: BTreeSet<[u32; 2]>,
+    /// Triangles that came to be flat, by their vertices.
+    flat: BTreeSet<Vec<u32>>,
 }
 
 enum Found {
@@ -154,19 +182,12 @@ const UNFIT: &str = "no cells over them fit their normals";
 impl Work<'_> {
     fn run(&mut self, progress: &dyn Fn(&str)) -> Result<Found, APatchError> {
         self.cut_hopeless()?;
-        for round in 0..ROUNDS {
+        for _ in 0..ROUNDS {
             let mesh = self.base.mesh().map_err(TriangulationError::from)?;
-            let sharp = match self.recipe.triangles.crease_angle {
-                Some(angle) => creases::by_angle(&mesh, &self.base.positions, angle),
-                None => vec![false; mesh.edge_count()],
-            };
-            if sharp.contains(&true) {
-                return Ok(Found::Nothing("it has creases, which are made over triangles"));
-            }
+            let sharp = self.sharp_edges(&mesh);
             progress("normals");
-            let made = self.data(mesh, sharp)?;
+            let Made { data, changed, moved } = self.data(mesh, sharp)?;
             progress("hull");
-            let Made { data, changed, moved } = made;
             let built = self.seconds.measure("hull", || build(data, &self.recipe.hull));
             progress("patches");
             let BuiltHull { hull, problems, .. } = built;
@@ -174,32 +195,75 @@ impl Work<'_> {
                 .seconds
                 .measure("patches", || mended(HybridFunction::new(hull), self.recipe.hull.sheets));
             let surface = HybridSurface::new(function);
-            let mut bad = broken;
-            bad.extend(self.folded(&surface));
-            bad.extend(problems.iter().filter_map(|problem| match problem {
-                Problem::Face { face, .. } => Some(*face),
-                Problem::Vertex { .. } | Problem::Edge { .. } => None,
-            }));
-            bad.sort_unstable();
-            bad.dedup();
-            let to_cut: Vec<FaceId> =
-                bad.iter().copied().filter(|f| self.base.faces[f.index()].len() > 3).collect();
-            if bad.is_empty() {
-                // Cells that overlap at an edge are mended by creases, which are made over triangles.
-                if problems.iter().any(|problem| matches!(problem, Problem::Edge { .. })) {
-                    break;
-                }
+            let faults = self.faults(&surface, broken, &problems);
+            if faults.faces.is_empty() && faults.edges.is_empty() {
                 return Ok(Found::Surface(Box::new(self.finished(surface, &problems, changed, moved))));
             }
-            if !std::mem::replace(&mut self.turns, true) {
+            // Where cells overlap at an edge, other normals at its ends would move the surface far around.
+            if !faults.faces.is_empty() && !std::mem::replace(&mut self.turns, true) {
                 continue;
             }
-            if to_cut.is_empty() || round + 1 == ROUNDS {
+            if !self.relieve(&faults, surface.function().hull().data.mesh())? {
                 break;
             }
-            self.cut_faces(&to_cut, UNFIT)?;
         }
         Ok(Found::Nothing("no valid surface over its polygons is found"))
+    }
+
+    /// The edges across which the surface need not be smooth: where faces meet at more than the angle that is given, and where it
+    /// could not be.
+    fn sharp_edges(&self, mesh: &HalfEdgeMesh) -> Vec<bool> {
+        let mut sharp = match self.recipe.triangles.crease_angle {
+            Some(angle) => creases::by_angle(mesh, &self.base.positions, angle),
+            None => vec![false; mesh.edge_count()],
+        };
+        mesh.edges().filter(|e| self.is_added(mesh, *e)).for_each(|e| sharp[e.index()] = true);
+        sharp
+    }
+
+    /// Is an edge a crease because the surface could not be smooth there?
+    fn is_added(&self, mesh: &HalfEdgeMesh, e: EdgeId) -> bool {
+        let h = mesh.edge_half_edge(e);
+        let is_flat = |h: HalfEdgeId| self.flat.contains(&self.base.faces[mesh.face(h).index()]);
+        self.parted.contains(&ends(mesh, e)) || [Some(h), mesh.twin(h)].into_iter().flatten().any(is_flat)
+    }
+
+    /// Where the surface is not valid.
+    fn faults(&mut self, surface: &HybridSurface, broken: Vec<FaceId>, problems: &[Problem]) -> Faults {
+        let mut faults = Faults { faces: broken, edges: Vec::new() };
+        faults.faces.extend(self.folded(surface));
+        for problem in problems {
+            match problem {
+                Problem::Face { face, .. } => faults.faces.push(*face),
+                Problem::Edge { edge, .. } => faults.edges.push(*edge),
+                Problem::Vertex { .. } => {}
+            }
+        }
+        faults.faces.sort_unstable();
+        faults.faces.dedup();
+        faults
+    }
+
+    /// Makes the construction easier at faults: cuts polygons; where there are none, faces come to have their own normals, and
+    /// edges become creases. Was there anything left to do?
+    fn relieve(&mut self, faults: &Faults, mesh: &HalfEdgeMesh) -> Result<bool, APatchError> {
+        let of_edge = |e: &EdgeId| {
+            let h = mesh.edge_half_edge(*e);
+            [Some(h), mesh.twin(h)].into_iter().flatten().map(|h| mesh.face(h))
+        };
+        let mut cut: Vec<FaceId> =
+            faults.faces.iter().copied().chain(faults.edges.iter().flat_map(of_edge)).collect();
+        cut.retain(|f| self.base.faces[f.index()].len() > 3);
+        cut.sort_unstable();
+        cut.dedup();
+        if !cut.is_empty() {
+            self.cut_faces(&cut, UNFIT)?;
+            return Ok(true);
+        }
+        let before = self.parted.len() + self.flat.len();
+        self.parted.extend(faults.edges.iter().map(|e| ends(mesh, *e)));
+        self.flat.extend(faults.faces.iter().map(|f| self.base.faces[f.index()].clone()));
+        Ok(self.parted.len() + self.flat.len() > before)
     }
 
     /// Cuts the polygons over which no cells can stand.
@@ -251,7 +315,11 @@ impl Work<'_> {
             gradients(given, &ground, &sharp, recipe, NormalSource::Angle)
         })?;
         let least = if self.turns { self.recipe.hull.visibility } else { f64::NEG_INFINITY };
-        let turned = turn_hidden(&mesh, &base.positions, &mut gradients, least);
+        let of_faces = normals::of_faces(&mesh, &base.positions);
+        for h in mesh.half_edges().filter(|h| self.flat.contains(&base.faces[mesh.face(*h).index()])) {
+            gradients[h.index()] = gradients[h.index()].norm() * of_faces[mesh.face(h).index()];
+        }
+        let turned = turn_hidden(&mesh, &of_faces, &sharp, &mut gradients, least);
         let moved: Vec<Place> = turned.into_iter().map(|v| base.sources.of_vertex(v)).collect();
         changed.extend(word("normals moved", &moved, "they did not see the faces around them"));
         let data = HermitePolygons::with_creases(mesh, base.positions.clone(), gradients, sharp)
@@ -291,6 +359,15 @@ impl Work<'_> {
             repairs.extend(word("polygons cut into triangles", &places, why));
         }
         repairs.extend(changed);
+        let parted: Vec<Place> = mesh
+            .edges()
+            .filter(|e| self.parted.contains(&ends(mesh, *e)))
+            .map(|e| sources.of_edge(mesh, e))
+            .collect();
+        repairs.extend(word("creases added", &parted, "cells overlap there"));
+        let is_flat = |f: &FaceId| self.flat.contains(&self.base.faces[f.index()]);
+        let flat: Vec<Place> = mesh.faces().filter(is_flat).map(|f| sources.of_face(f)).collect();
+        repairs.extend(word("faces made flat", &flat, "no cells over them fit their normals"));
         let place = |problem: &Problem| match problem {
             Problem::Vertex { vertex, .. } => sources.of_vertex(*vertex),
             Problem::Face { face, .. } => sources.of_face(*face),
@@ -310,10 +387,13 @@ impl Work<'_> {
             gradient_lengths: Some(self.recipe.triangles.lengths.name().to_owned()),
             problems: counts,
             normals_moved: moved,
+            creases_added: mesh.edges().filter(|e| self.is_added(mesh, *e)).count(),
             ..APatchReport::of_hybrid(surface.function())
         };
         if let Some(elements) = &mut figures.elements {
             elements.cut = cut;
+            let known = certainties(surface.function().hull());
+            elements.measured = known.iter().filter(|known| **known != Certainty::Certain).count();
         }
         FittedPolygons { surface, figures, repairs, seconds: std::mem::take(&mut self.seconds) }
     }
@@ -326,30 +406,33 @@ struct Made {
     moved: usize,
 }
 
-/// Turns every gradient whose product with the unit normal of a face around it is less than `least` into the most visible
+/// Turns every gradient whose product with the unit normal of a face that it belongs to is less than `least` into the most visible
 /// direction. Returns their vertices.
 fn turn_hidden(
     mesh: &HalfEdgeMesh,
-    positions: &[Point3],
+    of_faces: &[Vec3],
+    sharp: &[bool],
     gradients: &mut [Vec3],
     least: f64,
 ) -> Vec<VertexId> {
-    let of_faces = normals::of_faces(mesh, positions);
     let mut turned = Vec::new();
     for v in mesh.vertices() {
-        let around: Vec<Vec3> = mesh.ring(v).map(|h| of_faces[mesh.face(h).index()]).collect();
-        let seen = |n: &Vec3| around.iter().map(|m| m.dot(n)).fold(f64::INFINITY, f64::min);
-        let hidden = |h: HalfEdgeId| seen(&gradients[h.index()].normalize()) < least;
-        if !mesh.ring(v).any(hidden) {
-            continue;
-        }
-        let Some((direction, best)) = most_visible_direction(&around) else { continue };
-        let now = mesh.ring(v).map(|h| seen(&gradients[h.index()].normalize())).fold(f64::INFINITY, f64::min);
-        if best > now {
-            let corners: Vec<_> = mesh.ring(v).collect();
-            corners.into_iter().for_each(|h| gradients[h.index()] = gradients[h.index()].norm() * direction);
-            turned.push(v);
+        for corners in creases::sectors(mesh, sharp, v) {
+            let around: Vec<Vec3> = corners.iter().map(|h| of_faces[mesh.face(*h).index()]).collect();
+            let seen = |n: &Vec3| around.iter().map(|m| m.dot(n)).fold(f64::INFINITY, f64::min);
+            let Some(now) = corners.first().map(|h| seen(&gradients[h.index()].normalize())) else {
+                continue;
+            };
+            if now >= least {
+                continue;
+            }
+            let Some((direction, best)) = most_visible_direction(&around) else { continue };
+            if best > now {
+                corners.iter().for_each(|h| gradients[h.index()] = gradients[h.index()].norm() * direction);
+                turned.push(v);
+            }
         }
     }
+    turned.dedup();
     turned
 }

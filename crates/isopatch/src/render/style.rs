@@ -5,6 +5,7 @@ use super::curvature::{Curvature, curvature, robust_range};
 use super::{Color, ColorScale, Legend, LineSet, Metal, Paint, Scene, wires};
 use crate::geom::Point3;
 use crate::hull::Hull;
+use crate::hybrid::HybridHull;
 use crate::surface::Surface;
 use crate::tessellate::Tessellation;
 
@@ -45,6 +46,8 @@ pub struct Subject<'a> {
     pub surface: Option<&'a dyn Surface>,
     /// The hull: for [`Style::Hull`].
     pub hull: Option<&'a Hull>,
+    /// The hull over polygons: for [`Style::Hull`] as well.
+    pub polygons: Option<&'a HybridHull>,
     /// Singular curves as polylines, and points as lines of one point: for [`Style::Singular`].
     pub singular: &'a [Vec<Point3>],
 }
@@ -117,8 +120,12 @@ pub fn scene<'a>(
             scene
         }
         Style::Hull => {
-            let hull = subject.hull.ok_or(StyleError::NoHull)?;
-            let (veils, cells) = wires::cells(hull, [BLUE, ORANGE].map(Color::srgb));
+            let colors = [BLUE, ORANGE].map(Color::srgb);
+            let (veils, cells) = match (subject.hull, subject.polygons) {
+                (Some(hull), _) => wires::cells(hull, colors),
+                (None, Some(hull)) => wires::polygon_cells(hull, colors),
+                (None, None) => return Err(StyleError::NoHull),
+            };
             let mut scene = Scene::new(mesh, plain(PALE));
             scene.veils = veils;
             scene.lines.push(lines(cells, INK, 1.0, 0.0));

@@ -4,6 +4,8 @@ use super::{Color, Veil};
 use crate::bernstein::index;
 use crate::geom::{Aabb, Point3};
 use crate::hull::{Hull, Side};
+use crate::hybrid::HybridHull;
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::{PatchForm, Surface};
 use crate::tessellate::Tessellation;
 use std::collections::BTreeSet;
@@ -26,36 +28,59 @@ pub(super) fn nets(surface: &dyn Surface) -> Option<[Vec<[Point3; 2]>; 2]> {
 /// How much of what is behind the side of a cell is lost.
 const OPACITY: f32 = 0.17;
 
+/// What is drawn of a hull.
+type Drawn = (Vec<Veil>, Vec<[Point3; 2]>);
+
 /// The cells of a hull: the sides that are not between two of its own, and all edges.
-pub(super) fn cells(hull: &Hull, colors: [Color; 2]) -> (Vec<Veil>, Vec<[Point3; 2]>) {
+pub(super) fn cells(hull: &Hull, colors: [Color; 2]) -> Drawn {
     let data = hull.data();
-    let mesh = data.mesh();
+    let has_cell = |e: EdgeId, side: Side| hull.edges()[e.index()].cells[side.index()].is_some();
+    let apexes = |e: EdgeId, side: Side| hull.edge_apexes(e, side).filter(|_| has_cell(e, side));
+    drawn(data.mesh(), data.positions(), &|f| hull.faces()[f.index()].apexes, &apexes, colors)
+}
+
+/// The same of a hull over polygons.
+pub(super) fn polygon_cells(hull: &HybridHull, colors: [Color; 2]) -> Drawn {
+    let mesh = hull.data.mesh();
+    let apexes = |e: EdgeId, side: Side| {
+        let [h, g] = hull.data.joint(e).filter(|_| hull.edges[e.index()].cells[side.index()])?;
+        let of = |h: HalfEdgeId| hull.faces[mesh.face(h).index()].apexes[side.index()];
+        Some([of(h)?, of(g)?])
+    };
+    drawn(mesh, hull.data.positions(), &|f| hull.faces[f.index()].apexes, &apexes, colors)
+}
+
+/// `over_face` are the apexes of a face, `over_edge` those of the cell of an edge, on the left and on the right.
+fn drawn(
+    mesh: &HalfEdgeMesh,
+    positions: &[Point3],
+    over_face: &dyn Fn(FaceId) -> [Option<Point3>; 2],
+    over_edge: &dyn Fn(EdgeId, Side) -> Option<[Point3; 2]>,
+    colors: [Color; 2],
+) -> Drawn {
     let (mut veils, mut lines) = (Vec::new(), Vec::new());
     let mut add = |corners: [Point3; 3], side: Side| {
         veils.push(Veil { corners, color: colors[side.index()], opacity: OPACITY });
     };
-    for (f, face) in mesh.faces().zip(hull.faces()) {
-        let corners = data.corners(f);
+    let ends = |h: HalfEdgeId| [mesh.origin(h), mesh.dest(h)].map(|v| positions[v.index()]);
+    for f in mesh.faces() {
         for side in Side::BOTH {
-            let Some(apex) = face.apexes[side.index()] else { continue };
-            lines.extend(corners.map(|p| [p, apex]));
-            // Sides to cells of edges are inside of the hull.
+            let Some(apex) = over_face(f)[side.index()] else { continue };
             for h in mesh.face_half_edges(f) {
-                if hull.edges()[mesh.edge(h).index()].cells[side.index()].is_none() {
-                    let [p, q] = [mesh.origin(h), mesh.dest(h)].map(|v| data.positions()[v.index()]);
+                let [p, q] = ends(h);
+                lines.push([p, apex]);
+                // Sides to cells of edges are inside of the hull.
+                if over_edge(mesh.edge(h), side).is_none() {
                     add([p, q, apex], side);
                 }
             }
         }
     }
     for e in mesh.edges() {
-        let h = mesh.edge_half_edge(e);
-        let ends = [mesh.origin(h), mesh.dest(h)].map(|v| data.positions()[v.index()]);
+        let ends = ends(mesh.edge_half_edge(e));
         lines.push(ends);
-        for side in
-            Side::BOTH.into_iter().filter(|side| hull.edges()[e.index()].cells[side.index()].is_some())
-        {
-            if let Some([left, right]) = hull.edge_apexes(e, side) {
+        for side in Side::BOTH {
+            if let Some([left, right]) = over_edge(e, side) {
                 lines.push([left, right]);
                 ends.into_iter().for_each(|p| add([left, right, p], side));
             }

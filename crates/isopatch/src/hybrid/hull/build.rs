@@ -1,14 +1,16 @@
 //! The steps from polygons with gradients to a hull.
 
 use super::fit;
-use super::options::{DefaultRule, HybridOptions, Sheets};
+use super::middles;
+use super::options::{DefaultRule, HybridOptions, Middles, Sheets};
 use super::paper_rule;
 use super::place::{Placed, placed};
 use super::settle::{Near, settle};
-use super::single_sheet::{self, Certainty};
+use super::single_sheet::{self, Certainty, certainties};
 use super::wedge;
+use crate::geom::Vec3;
 use crate::hull::{Problem, Side};
-use crate::hybrid::{HermitePolygons, HybridEdge, HybridFace, HybridHull, Quadric};
+use crate::hybrid::{Element, HermitePolygons, HybridEdge, HybridFace, HybridHull, Quadric, star};
 use crate::mesh::{EdgeId, FaceId};
 use rayon::prelude::*;
 
@@ -26,30 +28,48 @@ pub struct BuiltHull {
 /// Builds the hull of a polygon mesh: classes, cells over the polygons, apexes, and free parameters.
 ///
 /// Linear in the number of corners. Faces that are zero convex are their own patches.
-pub fn build(data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
+pub fn build(mut data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     let count = data.mesh().face_count();
+    let quadrics: Vec<Quadric> =
+        (0..count).into_par_iter().map(|f| fit::near_face(&data, f.into())).collect();
+    if options.middles == Middles::Fitted {
+        middles::refine(&mut data, &quadrics);
+    }
     let mut faces: Vec<Placed> =
         (0..count).into_par_iter().map(|f| placed(&data, f.into(), options)).collect();
-    let near = |f: usize| match faces[f].element {
-        Some(_) => fit::two_stage(&data, f.into(), faces[f].center, faces[f].normal),
-        None => Quadric::ZERO,
-    };
-    let quadrics: Vec<Quadric> = (0..count).into_par_iter().map(near).collect();
     if options.adaptive {
         settle(&Near { data: &data, quadrics: &quadrics }, &mut faces);
     }
     let problems = problems(&data, &faces);
     let edges = data.mesh().edges().map(|e| edge(&data, &faces, e)).collect();
-    let faces = faces.iter().zip(quadrics).map(|(placed, quadric)| face(placed, quadric)).collect();
+    let faces = (0..count)
+        .into_par_iter()
+        .map(|f| {
+            let face = face(&faces[f], quadrics[f]);
+            if options.middles == Middles::Mean || face.element != Some(Element::Sectors) {
+                return face;
+            }
+            let frame = data.frame(f.into());
+            let mean = frame.n.iter().sum::<Vec3>() / frame.count() as f64;
+            let trust = middles::trust(frame.n.iter().copied(), &mean);
+            HybridFace { quadric: star::centered(&frame, &face, trust), ..face }
+        })
+        .collect();
     let all: Vec<FaceId> = data.mesh().faces().collect();
     let mut hull = HybridHull { data, faces, edges };
     if let DefaultRule::Paper { linear } = options.rule {
         use_paper_rule(&mut hull, linear);
     }
-    let certainty = match options.sheets {
-        Sheets::Everywhere => single_sheet::enforce(&mut hull, &all),
-        Sheets::WhereNeeded | Sheets::Nowhere => single_sheet::judged(&hull),
-    };
+    match options.sheets {
+        Sheets::Everywhere => _ = single_sheet::enforce(&mut hull, &all),
+        Sheets::OffQuadrics => {
+            let free = |f: &FaceId| !fit::is_quadric(&hull.data, *f, &quadrics[f.index()]);
+            let chosen: Vec<FaceId> = all.into_par_iter().filter(free).collect();
+            single_sheet::enforce(&mut hull, &chosen);
+        }
+        Sheets::Nowhere => {}
+    }
+    let certainty = certainties(&hull);
     BuiltHull { hull, problems, certainty }
 }
 

@@ -4,6 +4,7 @@
 //! say nothing of λ, which is the curvature along the normal. So the corners of the face determine all but that, and then λ is
 //! what suits the corners around the face best.
 
+use super::shape::Shape;
 use crate::geom::{Mat3, Point3, Vec3};
 use crate::hybrid::{HermitePolygons, Quadric};
 use crate::mesh::{FaceId, HalfEdgeId};
@@ -15,8 +16,29 @@ const KNOWN: usize = 9;
 /// Singular values below this, relative to 1 (coordinates and gradients are of that size), are zero.
 const SINGULAR: f64 = 1e-10;
 
+/// The quadric that is near the data of a face; zero over one that no cells can stand on.
+pub(super) fn near_face(data: &HermitePolygons, f: FaceId) -> Quadric {
+    let shape = Shape::new(&data.frame(f).p);
+    shape.map_or(Quadric::ZERO, |shape| two_stage(data, f, shape.center, shape.normal))
+}
+
+/// Do the corners of a face and those around it belong to this quadric, but for rounding? Then it may not be changed.
+pub(super) fn is_quadric(data: &HermitePolygons, f: FaceId, quadric: &Quadric) -> bool {
+    let own = data.mesh().face_half_edges(f);
+    own.chain(corners_around(data, f)).all(|h| {
+        let (p, gradient) = (data.position(h), data.gradient(h));
+        let size = gradient.norm();
+        let off = (quadric.gradient(&p) - gradient).norm() + quadric.value(&p).abs() / quadric.scale;
+        off <= ON_QUADRIC * size
+    })
+}
+
+/// Corners are on a quadric if value and gradient are off by less than this part of the gradient: lengths of gradients that are
+/// recovered from unit normals have this many digits.
+const ON_QUADRIC: f64 = 1e-9;
+
 /// The quadric that is near the data of a face, centred at `center`; `normal` is a unit vector.
-pub(super) fn two_stage(data: &HermitePolygons, f: FaceId, center: Point3, normal: Vec3) -> Quadric {
+fn two_stage(data: &HermitePolygons, f: FaceId, center: Point3, normal: Vec3) -> Quadric {
     let mesh = data.mesh();
     let own: Vec<HalfEdgeId> = mesh.face_half_edges(f).collect();
     let scale = own.iter().map(|h| (data.position(*h) - center).norm()).fold(f64::MIN_POSITIVE, f64::max);

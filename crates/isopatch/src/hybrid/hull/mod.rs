@@ -10,18 +10,22 @@ mod affine;
 mod build;
 mod fit;
 mod layers;
+mod middles;
 mod options;
+mod paper_fan;
 mod paper_rule;
 mod place;
+mod raise;
 mod settle;
 mod shape;
 mod single_sheet;
 mod wedge;
 
 pub use build::{BuiltHull, build};
-pub use options::{DefaultRule, HybridOptions, Sheets};
+pub use options::{DefaultRule, HybridOptions, Middles, Sheets};
+pub use raise::raised;
 pub use shape::has_room;
-pub use single_sheet::{Certainty, enforce};
+pub use single_sheet::{Certainty, certainties, enforce};
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.
 #[cfg(test)]

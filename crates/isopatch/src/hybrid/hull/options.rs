@@ -7,21 +7,33 @@ pub enum DefaultRule {
     /// the corners around it. Exact for quadrics.
     #[default]
     TwoStage,
-    /// The paper's, over triangles and in pyramids: the polynomial part of the function comes near to a quadratic, and with
-    /// `linear` to a linear one as well. On planar polygons this does not give quadrics back. Other cells keep the rule above.
+    /// The paper's, over triangles, in pyramids and in fans: the polynomial part of the function comes near to a quadratic, and
+    /// with `linear` to a linear one as well, but for fans. On planar polygons this does not give quadrics back. Sectors, which
+    /// the paper does not have, keep the rule above.
     Paper {
         /// The added equations, which the paper asks for over triangles.
         linear: bool,
     },
 }
 
+/// The gradient in the middle of an edge, across it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Middles {
+    /// From all corners of the polygons beside the edge, exact to the third order; and sectors around a center that suits them.
+    /// Errors of the surface then fall with the fourth power of the edge length. Quadrics are kept.
+    #[default]
+    Fitted,
+    /// The mean of those at its ends, as in the paper: errors fall with the third power.
+    Mean,
+}
+
 /// Where free parameters are moved so that every ray meets the surface once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sheets {
-    /// At faces and edges with a ray that is seen to meet the surface never or more than once. Elsewhere the default stays, so that
-    /// quadrics are kept.
+    /// Wherever the sufficient conditions do not hold, but for faces whose data are those of a quadric: these stay exact as long as
+    /// every ray over them is seen to meet the surface once.
     #[default]
-    WhereNeeded,
+    OffQuadrics,
     /// Wherever the sufficient conditions do not hold.
     Everywhere,
     /// Nowhere.
@@ -35,6 +47,8 @@ pub struct HybridOptions {
     pub height: f64,
     /// Other heights and directions of apexes where cells do not fit; default true.
     pub adaptive: bool,
+    /// The gradients in the middle of edges.
+    pub middles: Middles,
     /// Where the free parameters come from.
     pub rule: DefaultRule,
     /// Where the free parameters are moved, as little as possible, so that every ray meets the surface once.
@@ -51,8 +65,9 @@ impl Default for HybridOptions {
         Self {
             height: 0.15,
             adaptive: true,
+            middles: Middles::Fitted,
             rule: DefaultRule::TwoStage,
-            sheets: Sheets::WhereNeeded,
+            sheets: Sheets::OffQuadrics,
             fans: false,
             visibility: 0.05,
         }

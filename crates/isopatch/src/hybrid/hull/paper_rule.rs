@@ -6,6 +6,7 @@
 
 use super::affine::Affine;
 use super::layers::barycentric;
+use super::paper_fan;
 use crate::geom::{Point3, Vec3};
 use crate::hull::Side;
 use crate::hybrid::{Element, HybridFace, Jet, PolygonFrame, Quadric};
@@ -20,8 +21,11 @@ const UNKNOWNS: usize = QUADRATIC + AT_APEX + LINEAR;
 /// Singular values below this, relative to 1, are zero.
 const SINGULAR: f64 = 1e-9;
 
-/// Value and gradient at the apex of a triangle or a pyramid; none for other cells.
+/// Value and gradient at the apex of a triangle, a pyramid or a fan; none for sectors, which the paper does not have.
 pub(super) fn at_apex(frame: &PolygonFrame, face: &HybridFace, linear: bool) -> Option<(Side, Jet)> {
+    if face.element == Some(Element::Fan) {
+        return Some((Side::Inner, paper_fan::at_apex(frame, face)?));
+    }
     let side = Side::BOTH.into_iter().find(|side| face.apexes[side.index()].is_some())?;
     let a = face.apexes[side.index()]?;
     let length = frame.p.iter().map(|p| (p - a).norm()).fold(0.0, f64::max);

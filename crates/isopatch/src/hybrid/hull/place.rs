@@ -77,13 +77,15 @@ pub(super) fn placed(data: &HermitePolygons, f: FaceId, options: &HybridOptions)
     let Some(shape) = Shape::new(&frame.p) else {
         return Placed::flat(&frame, class, Some(Reason::NoApex));
     };
+    // Only the sectors of a polygon can be pulled to a crease.
+    let pulled = data.mesh().face_half_edges(f).any(|h| !data.ends_in_crease(h));
     let (element, class) = match (class, frame.count()) {
         (Class::Zero, _) if shape.planar => (None, class),
         (Class::Positive | Class::Negative, 3) if triangle_bends(&frame, class) => {
-            (Some(Element::Triangle), class)
+            (Some(if pulled { Element::Sectors } else { Element::Triangle }), class)
         }
         (Class::Positive | Class::Negative, 4) if pyramid_bends(&frame, &shape, class) => {
-            (Some(Element::Pyramid), class)
+            (Some(if pulled { Element::Sectors } else { Element::Pyramid }), class)
         }
         (Class::Positive | Class::Negative, 3 | 4) => (Some(Element::Sectors), Class::Nonconvex),
         (Class::Zero, _) => (Some(Element::Sectors), Class::Nonconvex),

@@ -42,8 +42,8 @@ pub fn enforce(hull: &mut HybridHull, faces: &[FaceId]) -> Vec<Certainty> {
     faces.iter().zip(found).map(put).collect()
 }
 
-/// What holds with the parameters as they are.
-pub(super) fn judged(hull: &HybridHull) -> Vec<Certainty> {
+/// What holds with the parameters as they are, face by face.
+pub fn certainties(hull: &HybridHull) -> Vec<Certainty> {
     let judge = |f: usize| {
         let Some(conditions) = Conditions::of(hull, f.into()) else { return Certainty::Certain };
         let held = conditions.stages().into_iter().find(|(rows, _)| rows.iter().all(|row| row.value > 0.0));

@@ -47,6 +47,43 @@ fn quadrics_are_found_again() {
     }
 }
 
+/// On quadrics the gradients in the middle of edges are the means already; on other surfaces they come nearer to the true ones.
+#[test]
+fn middle_gradients_are_exact_to_the_third_order() {
+    for (q, body) in quadrics() {
+        let mean = on_quadric(&q, &body);
+        let built = build(mean.clone(), &HybridOptions::default());
+        for h in mean.mesh().half_edges() {
+            let moved = (built.hull.data.middle(h) - mean.middle(h)).norm();
+            assert!(moved < 1e-12 * mean.gradient(h).norm(), "{}: {moved:e}", body.name);
+        }
+    }
+    let height = |x: f64, y: f64| 0.2 * x * x * y - 0.1 * y * y * y + 0.3 * x * x;
+    let slope = |p: &Point3| {
+        let by_y = 0.2 * p.x * p.x - 0.3 * p.y * p.y;
+        Vec3::new(-(0.4 * p.x * p.y + 0.6 * p.x), -by_y, 1.0)
+    };
+    let off = |n: u32, middles: Middles| {
+        let body = grid("cubic", [n, n], false, |u, v| Point3::new(u, v, height(u, v)));
+        let built = build(
+            data(&body, |k| slope(&body.positions[k])),
+            &HybridOptions { middles, ..HybridOptions::default() },
+        );
+        let data = &built.hull.data;
+        let miss = |e| {
+            let [h, g] = data.joint(e)?;
+            let [p, r] = [h, g].map(|h| data.position(h));
+            let (edge, up) = ((r - p).normalize(), Vec3::z());
+            let found = 0.25 * (data.gradient(h) + data.gradient(g)) + 0.5 * data.middle(h);
+            Some((found - slope(&(0.5 * (p + r)))).dot(&up.cross(&edge).normalize()).abs())
+        };
+        data.mesh().edges().filter_map(miss).fold(0.0, f64::max)
+    };
+    let (mean, fitted) = ([8, 16].map(|n| off(n, Middles::Mean)), [8, 16].map(|n| off(n, Middles::Fitted)));
+    assert!(fitted[0] < 0.1 * mean[0], "{fitted:?} {mean:?}");
+    assert!(fitted[0] / fitted[1] > 7.0 && mean[0] / mean[1] < 4.5, "{fitted:?} {mean:?}");
+}
+
 /// Numbers from −1 to 1 that look random.
 fn noise(n: usize) -> f64 {
     let x = (n as f64 * 12.9898 + 4.1).sin() * 43758.5453;
