@@ -9,16 +9,17 @@
 //! onto the surface.
 
 use crate::base::{self, BaseError, FieldTarget, Repair};
+use crate::bernstein::triangle;
 use crate::field::Formula;
 use crate::geom::{Aabb, Vec3};
 use crate::inspect::{InspectOptions, inspect_rational};
-use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with};
+use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with, is_folded_over, relax_folds};
 use crate::report::Seconds;
 use crate::singular::mesh::{
     LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
 };
 use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set};
-use crate::surface::Target;
+use crate::surface::{Surface, Target};
 use std::collections::BTreeSet;
 
 /// What the recipe is given besides the formula.
@@ -131,13 +132,16 @@ pub fn fit(
 /// Farthest move of the middle of a patch, in its longest edge.
 const MOST_MOVE: f64 = 0.05;
 
+/// Intervals of the lattice on which folds are looked for.
+const FOLD_LATTICE: usize = 12;
+
 /// Patches over the sheets of a mesh; with a target, wires and middles are brought onto it. Wires along the sides of the box lie in them.
 ///
 /// # Errors
 /// [`FrameError`] for a mesh that does not fit together.
 pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> Result<Built, FrameError> {
     let is_singular: Vec<bool> = mesh.vertices.iter().map(|kind| kind.is_singular()).collect();
-    let frame = Frame::over_sheets(
+    let mut frame = Frame::over_sheets(
         mesh.positions.clone(),
         mesh.triangles.clone(),
         &mesh.normals,
@@ -145,9 +149,17 @@ pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> R
         &is_singular,
     );
     let planes = planes(mesh, &frame);
-    let mut built = build_with(&frame, &BuildOptions { planes: &planes, target })?;
+    let options = BuildOptions { planes: &planes, target };
+    relax_folds(&mut frame, &options, FOLD_LATTICE)?;
+    let mut built = build_with(&frame, &options)?;
     if let Some(target) = target {
         built.surface.fit_middles(target, MOST_MOVE);
+        let lattice = triangle::lattice(FOLD_LATTICE);
+        for patch in built.surface.patches() {
+            if is_folded_over(&built.surface, patch, &lattice) {
+                built.surface.set_middle(patch, Vec3::zeros());
+            }
+        }
     }
     Ok(built)
 }

@@ -129,7 +129,7 @@ impl Worst {
     }
 }
 
-struct State<'a> {
+pub(super) struct State<'a> {
     judge: Judge<'a>,
     positions: &'a [Point3],
     kinds: &'a [VertexKind],
@@ -143,7 +143,7 @@ struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    fn new(field: &'a dyn Field, mesh: &'a SingularMesh, limits: Limits) -> Self {
+    pub(super) fn new(field: &'a dyn Field, mesh: &'a SingularMesh, limits: Limits) -> Self {
         let count = mesh.positions.len();
         let mut around = vec![Vec::new(); count];
         for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -263,11 +263,11 @@ impl<'a> State<'a> {
         Candidate { cost, from, to, versions: [self.versions[f], self.versions[t]] }
     }
 
-    fn corners_around(&self, v: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+    pub(super) fn corners_around(&self, v: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.around[v as usize].iter().filter_map(|t| self.triangles[*t as usize])
     }
 
-    fn neighbours(&self, v: u32) -> BTreeSet<u32> {
+    pub(super) fn neighbours(&self, v: u32) -> BTreeSet<u32> {
         self.corners_around(v).flatten().filter(|w| *w != v).collect()
     }
 
@@ -280,7 +280,7 @@ impl<'a> State<'a> {
         count.into_iter().filter(|(_, n)| *n == 1).map(|(w, _)| w).collect()
     }
 
-    fn keeps_topology(&self, from: u32, to: u32) -> bool {
+    pub(super) fn keeps_topology(&self, from: u32, to: u32) -> bool {
         let (f, t) = (from as usize, to as usize);
         let border = self.border(from);
         match self.kinds[f] {
@@ -328,7 +328,7 @@ impl<'a> State<'a> {
     }
 
     /// Moves `from` into `to`; how many triangles vanish.
-    fn collapse(&mut self, from: u32, to: u32) -> usize {
+    pub(super) fn collapse(&mut self, from: u32, to: u32) -> usize {
         let (f, t) = (from as usize, to as usize);
         let mut vanished = 0;
         for n in std::mem::take(&mut self.around[f]) {
@@ -357,7 +357,7 @@ impl<'a> State<'a> {
     }
 
     /// The mesh that is left, without the vertices that nothing uses.
-    fn finish(&self, mesh: &SingularMesh) -> SingularMesh {
+    pub(super) fn finish(&self, mesh: &SingularMesh) -> SingularMesh {
         let mut number = vec![None; self.positions.len()];
         self.triangles.iter().flatten().flatten().for_each(|v| number[*v as usize] = Some(0u32));
         let kept: Vec<usize> = (0..number.len()).filter(|v| number[*v].is_some()).collect();
