@@ -57,7 +57,6 @@ pub fn adapt(
             floor,
         };
         let quality = Quality::of(&patches);
-        if std::env::var("DBG").is_ok() { println!("round {round} {} {quality:?} {}", mesh.triangles.len(), edges.len()); }
         let is_better = best.as_ref().is_none_or(|(least, ..)| quality.is_better(least));
         if is_better {
             best = Some((quality, mesh.clone(), built));

@@ -1,0 +1,200 @@
+//! Patches over the conforming meshes of the four surfaces of Bajaj & Xu 1997, section 6.3, in its boxes: rational ones (section 6), and
+//! A-patches over the same sheets.
+
+#![allow(clippy::unwrap_used, clippy::panic)] // These are tests.
+
+use isopatch::bernstein::triangle;
+use isopatch::field::{Constants, Field, Formula};
+use isopatch::geom::{Aabb, Point3};
+use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect_a_patches, inspect_rational};
+use isopatch::recipes::algebraic::{AlgebraicError, AlgebraicRecipe, FittedAlgebraic, fit};
+use isopatch::recipes::singular::{self, SingularRecipe};
+use isopatch::recipes::singular_apatch::{SingularAPatches, over_conforming};
+use isopatch::recipes::spline::Size;
+use isopatch::singular::mesh::{SingularMesh, TriangulateOptions};
+use isopatch::surface::{PatchId, Surface};
+use std::collections::BTreeMap;
+
+struct Example {
+    name: &'static str,
+    formula: &'static str,
+    bounds: [[f64; 3]; 2],
+    /// Patches in the paper.
+    patches: usize,
+    /// Distance, |f| over |∇f| or 0.01, that an independent program found on structured meshes for this construction.
+    distance: f64,
+}
+
+const EXAMPLES: [Example; 4] = [
+    Example {
+        name: "cone",
+        formula: "x^2 + y^2 - z^2",
+        bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
+        patches: 190,
+        distance: 1.3e-3,
+    },
+    Example {
+        name: "whitney",
+        formula: "x^2 - y*z^2",
+        bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
+        patches: 280,
+        distance: 9.8e-3,
+    },
+    Example {
+        name: "steiner",
+        formula: "x^2*y^2 + y^2*z^2 + x^2*z^2 - 4*x*y*z",
+        bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
+        patches: 370,
+        distance: 2.3e-2,
+    },
+    Example {
+        name: "toroidal",
+        formula: "(y^2 + z^2 - x^2 + 0.5*x^3 - 4)^2 - 16*x^2 + 8*x^3",
+        bounds: [[-1.2, -4.0, -4.0], [4.0, 4.0, 4.0]],
+        patches: 540,
+        distance: 1.8e-2,
+    },
+];
+
+impl Example {
+    fn parsed(&self) -> Formula {
+        Formula::parse(self.formula, &Constants::new()).unwrap()
+    }
+
+    fn bounds(&self) -> Aabb {
+        let [min, max] = self.bounds.map(Point3::from);
+        Aabb::new(min, max)
+    }
+
+    fn fitted(&self, size: Size) -> Result<FittedAlgebraic, AlgebraicError> {
+        // Coarser than the default: the paper's numbers of patches are small.
+        let mesh = TriangulateOptions { tolerance: 1e-2, ..TriangulateOptions::default() };
+        let recipe = AlgebraicRecipe { bounds: Some(self.bounds()), size, mesh, ..AlgebraicRecipe::default() };
+        fit(&self.parsed(), &recipe, &|_| ())
+    }
+}
+
+/// Largest distance of lattice points of all patches.
+fn distance(field: &Formula, surface: &dyn Surface) -> f64 {
+    let lattice = triangle::lattice(12);
+    let at = |p: Point3| {
+        let (f, gradient) = field.gradient(p);
+        f.abs() / gradient.norm().max(0.01)
+    };
+    let points = surface.patches().flat_map(|p| lattice.iter().map(move |l| surface.sample(p, [l[0], l[1]]).point));
+    points.map(at).fold(0.0, f64::max)
+}
+
+/// At no more than twice the paper's number of patches: the distances, no fold, no gap, tangent planes across every smooth edge.
+#[test]
+fn rational_patches_keep_the_distances_of_the_structured_meshes() {
+    for example in EXAMPLES {
+        let name = example.name;
+        let fitted = example.fitted(Size::Automatic).unwrap();
+        let (field, surface) = (example.parsed(), &fitted.surface);
+        let options = InspectOptions { back_samples: 0, intersection_lattice: 0, ..InspectOptions::default() };
+        let found = inspect_rational(surface, None, &options);
+        let far = distance(&field, surface);
+        let notes: Vec<&str> = fitted.notes.iter().map(|note| note.what.as_str()).collect();
+        println!(
+            "{name}: {} patches, distance {far:.2e}, jump {:.1e}, {} folded, {notes:?}",
+            surface.patch_count(),
+            found.common.seams.max_normal_jump,
+            found.folded.len()
+        );
+        assert!(surface.patch_count() <= 2 * example.patches, "{name}");
+        assert!(far <= example.distance, "{name}: {far}");
+        assert!(found.folded.is_empty(), "{name}: {:?}", found.folded);
+        assert_eq!(found.common.seams.max_gap, 0.0, "{name}");
+        assert!(found.common.seams.max_normal_jump <= 2e-11, "{name}");
+    }
+}
+
+/// A number of patches is kept, and more of them are closer; too few are refused.
+#[test]
+fn a_number_of_patches_can_be_asked_for() {
+    let cone = &EXAMPLES[0];
+    let far = [60, 240].map(|faces| {
+        let fitted = cone.fitted(Size::Faces(faces)).unwrap();
+        assert!(fitted.surface.patch_count() <= faces && fitted.surface.patch_count() + 8 >= faces);
+        distance(&cone.parsed(), &fitted.surface)
+    });
+    println!("60 and 240 patches: {far:?}");
+    assert!(far[1] < 0.5 * far[0], "{far:?}");
+    assert!(matches!(cone.fitted(Size::Faces(3)), Err(AlgebraicError::Faces { asked: 3, .. })));
+}
+
+#[test]
+fn a_tolerance_is_kept() {
+    for (example, tolerance) in [(&EXAMPLES[0], 1e-5), (&EXAMPLES[1], 3e-4)] {
+        let fitted = example.fitted(Size::Tolerance(tolerance)).unwrap();
+        let found = inspect_rational(&fitted.surface, Some(&example.parsed()), &InspectOptions::default());
+        let far = found.common.deviation.unwrap().max_distance;
+        println!("{}: {} patches, {far:.1e} of {tolerance:.0e}", example.name, fitted.surface.patch_count());
+        assert!(far <= tolerance && found.folded.is_empty(), "{}: {far}", example.name);
+    }
+}
+
+/// A-patches over the same sheets: every ray has its root, none folds, and the triangles of solids that touch along a singular curve have the same
+/// points there.
+#[test]
+fn a_patches_meet_along_singular_curves() {
+    for example in EXAMPLES {
+        let name = example.name;
+        let field = example.parsed();
+        let mesh = TriangulateOptions { tolerance: 1e-2, ..TriangulateOptions::default() };
+        let recipe = SingularRecipe { bounds: Some(example.bounds()), mesh, ..SingularRecipe::default() };
+        let whole = singular::fit(&field, &recipe, &|_| ()).unwrap().triangulated.mesh;
+        let made = over_conforming(&field, &whole, &Default::default(), &Default::default(), &|_| ()).unwrap();
+        let options = APatchInspectOptions { intersections: None, ..APatchInspectOptions::default() };
+        let found = inspect_a_patches(&made.surface, &options);
+        let gap = singular_gap(&whole, &made);
+        println!(
+            "{name}: {} patches, jump {:.1e}, {} undefined, {} folded, {} steep, gap {gap:.1e}, {:?}",
+            made.surface.patch_count(),
+            found.common.seams.max_normal_jump,
+            found.undefined.len(),
+            found.folded.len(),
+            found.steep.len(),
+            made.repairs.iter().map(|r| &r.what).collect::<Vec<_>>()
+        );
+        assert!(found.undefined.is_empty() && found.folded.is_empty(), "{name}");
+        assert_eq!(found.common.seams.max_gap, 0.0, "{name}");
+        assert!(gap <= 1e-12, "{name}: {gap}");
+    }
+}
+
+/// The largest distance between the points that the copies of a singular edge have in a tessellation.
+fn singular_gap(whole: &SingularMesh, made: &SingularAPatches) -> f64 {
+    const ALONG: usize = 8;
+    let function = made.surface.function();
+    let mesh = function.hull().data().mesh();
+    let mut curves: BTreeMap<[u32; 2], Vec<Vec<Point3>>> = BTreeMap::new();
+    for e in mesh.edges() {
+        let h = mesh.edge_half_edge(e);
+        let ends = [mesh.origin(h), mesh.origin(mesh.next(h))].map(|v| made.vertices[v.index()]);
+        let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        if whole.singular_edges.binary_search(&sorted).is_ok() {
+            // Of the patch over the face, the side over the edge.
+            let k = mesh.side(h);
+            let points = (0..=ALONG).map(|i| {
+                let t = i as f64 / ALONG as f64;
+                let mut l = [0.0; 3];
+                (l[k], l[(k + 1) % 3]) = (1.0 - t, t);
+                made.surface.sample(PatchId(mesh.face(h).0), [l[0], l[1]]).point
+            });
+            let mut points: Vec<Point3> = points.collect();
+            if ends != sorted {
+                points.reverse();
+            }
+            curves.entry(sorted).or_default().push(points);
+        }
+    }
+    assert_eq!(curves.len(), whole.singular_edges.len());
+    let gaps = curves.values().flat_map(|copies| copies.iter().map(|c| distance_of(c, &copies[0])));
+    gaps.fold(0.0, f64::max)
+}
+
+fn distance_of(a: &[Point3], b: &[Point3]) -> f64 {
+    a.iter().zip(b).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max)
+}
