@@ -157,12 +157,13 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
     };
     let mut made: Vec<(WireOf, [WireEnd; 2])> = normals.into_par_iter().map(made).collect();
     if let Some(target) = options.target {
-        // Where more than two triangles meet, sheets cross: what is closer to one of them is farther from the others.
+        // Where more than two triangles meet, sheets cross: what is closer to one of them is farther from the others. A wire
+        // without any tangent plane stays straight.
         let mut sides = vec![0; count];
         for seam in &frame.seams {
             sides[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
         }
-        made.par_iter_mut().enumerate().filter(|(w, _)| sides[*w] <= 2).for_each(|(w, (of, ends))| {
+        made.par_iter_mut().enumerate().filter(|(w, (_, ends))| sides[*w] <= 2 && *ends != [WireEnd::Free; 2]).for_each(|(w, (of, ends))| {
             of.wire = fitted(&of.wire, ends, options.planes.get(w).copied().flatten(), target);
         });
     }

@@ -51,7 +51,8 @@ pub fn folded_faces(frame: &Frame, lattice: usize) -> Result<Vec<u32>, FrameErro
 const ROUNDS: usize = 6;
 
 /// Takes normals away from vertices at which patches fold, until none does or no normal is left at those that do: of the two ends of an edge
-/// whose normals are all but opposite both, else that which sees its triangle worst. There the patches meet in a point without a tangent
+/// whose normals are all but opposite both, else that which sees its triangle worst. Triangles that fold without any normal lose the tangent
+/// planes along their edges as well. At vertices without a normal the patches meet in a point without a tangent
 /// plane, as at a singular vertex; along edges they stay G1. Vertices at which a normal was taken, in order.
 ///
 /// # Errors
@@ -70,10 +71,17 @@ pub fn relax_folds(
             is_folded(&made[*f as usize], &frame.normals[*f as usize], &flat, &lattice)
         };
         let folded: Vec<u32> = (0..frame.faces.len() as u32).into_par_iter().filter(folded).collect();
-        let given_up: BTreeSet<u32> = folded.into_iter().flat_map(|f| vertices_to_relax(frame, f)).collect();
-        if given_up.is_empty() {
+        if folded.is_empty() {
             break;
         }
+        // Without a normal at any corner, only tangent planes along the edges can be the cause.
+        let bare: BTreeSet<u32> =
+            folded.iter().copied().filter(|f| frame.normals[*f as usize] == [None; 3]).collect();
+        for seam in &mut frame.seams {
+            let mut faces = std::iter::once(seam.first).chain(seam.second).map(|(face, _)| face);
+            seam.smooth &= !faces.any(|f| bare.contains(&f));
+        }
+        let given_up: BTreeSet<u32> = folded.into_iter().flat_map(|f| vertices_to_relax(frame, f)).collect();
         for (face, normals) in frame.faces.iter().zip(&mut frame.normals) {
             (0..3).filter(|c| given_up.contains(&face[*c])).for_each(|c| normals[c] = None);
         }

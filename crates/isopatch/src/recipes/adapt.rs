@@ -126,7 +126,10 @@ fn edges_to_divide(built: &Built, patches: &[Measured], goal: &AdaptGoal) -> Vec
     let mut bad: Vec<(usize, f64)> = patches.iter().map(badness).enumerate().collect();
     bad.retain(|(_, badness)| *badness > allowed);
     bad.sort_by(|a, b| b.1.total_cmp(&a.1));
-    bad.into_iter().flat_map(|(patch, _)| edges_of(built, PatchId(patch as u32))).collect()
+    // What is smaller than the flat triangles show does not become better by more of it.
+    let position = |v: u32| built.surface.positions()[v as usize];
+    let is_long = |([a, b], _): &([u32; 2], Point3)| (position(*a) - position(*b)).norm() > goal.flat;
+    bad.into_iter().flat_map(|(patch, _)| edges_of(built, PatchId(patch as u32))).filter(is_long).collect()
 }
 
 fn edges_of(built: &Built, patch: PatchId) -> [([u32; 2], Point3); 3] {

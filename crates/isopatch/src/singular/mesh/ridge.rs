@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 
 use super::decimate::{Limits, State};
 use super::flip::flip;
+use super::mend::{divide_edge, mend, turned};
 use super::quality::Judge;
 use super::singular_mesh::{EdgeTag, SingularMesh, VertexKind};
 use super::split::onto_surface;
@@ -24,6 +25,10 @@ const BISECTIONS: usize = 50;
 /// Normals that are opposite to within this leave no direction between them.
 const LEAST_LEAN: f64 = 1e-3;
 
+/// Edges that are shorter than this share of the tolerance are joined as well: what they show can't be seen, and patches there are slivers.
+const SHORT: f64 = 0.02;
+/// Triangles that a change may turn over when others are tried.
+const ON_THE_WAY: usize = 2;
 /// Passes over all such edges.
 const PASSES: usize = 10;
 
@@ -39,42 +44,68 @@ struct Change {
 struct Faults {
     /// Triangles that turn over.
     turned: usize,
-    /// Edges across ridges.
+    /// Edges across ridges, or too short.
     across: usize,
     /// 1 less the least cosine of an angle between triangle and surface.
     steepest: f64,
 }
 
 /// Joins, collapses or moves the ends of edges across ridges where that leaves fewer of them, and no more triangles that turn over; the
-/// number of changes.
+/// number of changes. What is left is tried again with triangles that turn over on the way.
 pub(super) fn onto_ridges(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits) -> usize {
-    let mut count = 0;
-    for _ in 0..PASSES {
-        let changed = pass(field, mesh, limits);
-        if changed == 0 {
-            break;
+    let count = changes(field, mesh, limits, 0);
+    let (left, was_turned) = (across_ridges(field, mesh, limits).len(), turned(field, mesh).len());
+    if left > 0 {
+        let mut tried = mesh.clone();
+        let more = changes(field, &mut tried, limits, ON_THE_WAY);
+        mend(field, &mut tried, limits);
+        if turned(field, &tried).len() <= was_turned && across_ridges(field, &tried, limits).len() < left {
+            *mesh = tried;
+            return count + more;
         }
-        count += changed;
-        flip(field, mesh, limits);
     }
     count
 }
 
-fn pass(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits) -> usize {
-    let edges = across_ridges(field, mesh);
+fn changes(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits, allowed: usize) -> usize {
+    let mut count = 0;
+    for _ in 0..PASSES {
+        let (changed, blocking) = pass(field, mesh, limits, allowed);
+        // Ends that both have an edge to some other vertex can't be joined before there is a vertex on one of these edges.
+        let divided = blocking.iter().filter(|ends| divide_edge(field, mesh, **ends)).count();
+        if changed + divided == 0 {
+            break;
+        }
+        count += changed + divided;
+        if divided == 0 {
+            flip(field, mesh, limits);
+        }
+    }
+    count
+}
+
+/// Makes changes that do not touch each other; how many, and the edges that are in the way of others.
+fn pass(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits, allowed: usize) -> (usize, Vec<[u32; 2]>) {
+    let edges = across_ridges(field, mesh, limits);
     if edges.is_empty() {
-        return 0;
+        return (0, Vec::new());
     }
     let (base, mut moved) = (mesh.clone(), mesh.clone());
     let mut state = State::new(field, &base, limits);
     let mut touched = vec![false; base.positions.len()];
     let mut count = 0;
+    let mut blocking: Vec<[Point3; 2]> = Vec::new();
     for (ends, normals) in edges {
         let around = ends.iter().flat_map(|v| state.neighbours(*v));
         if around.chain(ends).any(|v| touched[v as usize]) {
             continue;
         }
-        let Some(change) = best_change(field, &base, &state, ends, normals, limits) else { continue };
+        let Some(change) = best_change(field, &base, &state, ends, normals, limits, allowed) else {
+            let beside = state.beside(ends[0], ends[1]);
+            let at = |v: u32| base.positions[v as usize];
+            blocking.extend(beside.into_iter().map(|w| [at(ends[0]), at(w)]));
+            continue;
+        };
         for v in change.from.into_iter().chain([change.to]) {
             touched[v as usize] = true;
             state.neighbours(v).into_iter().for_each(|w| touched[w as usize] = true);
@@ -86,7 +117,10 @@ fn pass(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits) -> usize {
         count += 1;
     }
     *mesh = state.finish(&moved);
-    count
+    // Vertices have new numbers.
+    let number = |p: &Point3| mesh.positions.iter().position(|q| q == p).map(|v| v as u32);
+    let blocking = blocking.iter().filter_map(|[p, q]| Some([number(p)?, number(q)?]));
+    (count, blocking.map(|[a, b]| [a.min(b), a.max(b)]).collect())
 }
 
 /// The change after which the fewest faults are left, if that is better than before.
@@ -97,6 +131,7 @@ fn best_change(
     ends: [u32; 2],
     normals: [Vec3; 2],
     limits: Limits,
+    allowed: usize,
 ) -> Option<Change> {
     let [a, b] = ends;
     let mut changes = Vec::new();
@@ -117,8 +152,8 @@ fn best_change(
         let old = |v: u32| mesh.positions[v as usize];
         let new = |v: u32| if v == change.to { change.at } else { mesh.positions[v as usize] };
         let is_possible = change.from.is_none_or(|from| state.keeps_topology(from, change.to));
-        let (was, is) = (faults(field, mesh, &before, &old), faults(field, mesh, &after, &new));
-        let is_better = is_possible && is.turned <= was.turned && is.across < was.across;
+        let (was, is) = (faults(field, mesh, &before, &old, limits), faults(field, mesh, &after, &new, limits));
+        let is_better = is_possible && is.turned <= was.turned + allowed && is.across < was.across;
         (is_better && is_near(field, &after, &new, limits)).then_some((is, change))
     });
     better.min_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal)).map(|(_, change)| change)
@@ -139,6 +174,7 @@ fn faults(
     mesh: &SingularMesh,
     triangles: &[[u32; 3]],
     position: &dyn Fn(u32) -> Point3,
+    limits: Limits,
 ) -> Faults {
     let normal = |v: u32| match mesh.vertices[v as usize] {
         VertexKind::Regular => field.gradient(position(v)).1.try_normalize(0.0),
@@ -155,8 +191,11 @@ fn faults(
         found.steepest = found.steepest.max(1.0 - least);
         for k in 0..3 {
             let (i, j) = (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]));
-            let turns = matches!((normals[k], normals[(k + 1) % 3]), (Some(n), Some(m)) if n.dot(&m) < TURNS_BACK);
-            if turns && edges.insert([i, j]) {
+            let corners = [p, q, r];
+            let is_short = (corners[k] - corners[(k + 1) % 3]).norm() < SHORT * limits.tolerance;
+            let ends = (normals[k], normals[(k + 1) % 3]);
+            let is_bad = matches!(ends, (Some(n), Some(m)) if is_short || n.dot(&m) < TURNS_BACK);
+            if is_bad && edges.insert([i, j]) {
                 found.across += 1;
             }
         }
@@ -177,22 +216,20 @@ fn is_near(
     })
 }
 
-/// Smooth edges across ridges, the shortest first, with the normals at their ends.
-fn across_ridges(field: &dyn Field, mesh: &SingularMesh) -> Vec<([u32; 2], [Vec3; 2])> {
+/// Smooth edges across ridges, and those that are too short, the shortest first, with the normals at their ends.
+fn across_ridges(field: &dyn Field, mesh: &SingularMesh, limits: Limits) -> Vec<([u32; 2], [Vec3; 2])> {
     let normal = |v: u32| field.gradient(mesh.positions[v as usize]).1.try_normalize(0.0);
     let is_free = |v: &u32| {
         mesh.vertices[*v as usize] == VertexKind::Regular && mesh.sides[*v as usize].is_empty()
     };
+    let length = |ends: &[u32; 2]| (mesh.positions[ends[0] as usize] - mesh.positions[ends[1] as usize]).norm();
     let edges = mesh.edges();
     let smooth = edges.iter().filter(|(ends, t)| mesh.tag(**ends, t.len()) == EdgeTag::Smooth);
     let mut found: Vec<([u32; 2], [Vec3; 2])> = smooth
         .filter(|(ends, _)| ends.iter().all(is_free))
         .filter_map(|(ends, _)| Some((*ends, [normal(ends[0])?, normal(ends[1])?])))
-        .filter(|(_, [n, m])| n.dot(m) < TURNS_BACK)
+        .filter(|(ends, [n, m])| n.dot(m) < TURNS_BACK || length(ends) < SHORT * limits.tolerance)
         .collect();
-    let length = |ends: &[u32; 2]| {
-        (mesh.positions[ends[0] as usize] - mesh.positions[ends[1] as usize]).norm_squared()
-    };
     found.sort_by(|a, b| length(&a.0).total_cmp(&length(&b.0)).then(a.0.cmp(&b.0)));
     found
 }
