@@ -8,8 +8,8 @@ use isopatch::geom::{Aabb, Vec3};
 use isopatch::inspect::{InspectOptions, inspect_rational};
 use isopatch::io::png::write_png;
 use isopatch::recipes::algebraic::{AlgebraicRecipe, FittedAlgebraic, fit};
+use isopatch::recipes::spline::Size;
 use isopatch::render::{RenderOptions, Style, Subject, draw, of_polygons, scene};
-use isopatch::singular::mesh::TriangulateOptions;
 use isopatch::tessellate::{TessellateOptions, Tessellation, tessellate};
 use std::error::Error;
 use std::fmt::Write as _;
@@ -25,8 +25,6 @@ struct Figure {
     bounds: [[f64; 3]; 2],
     /// Number of patches in the paper.
     patches: usize,
-    /// Distance of the flat triangles with which it begins, relative to the diagonal of the box.
-    tolerance: f64,
 }
 
 /// The toroidal box begins at −1.2, as in the paper.
@@ -36,28 +34,24 @@ const FIGURES: [Figure; 4] = [
         formula: "x^2 + y^2 - z^2",
         bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
         patches: 190,
-        tolerance: 1e-2,
     },
     Figure {
         name: "fig5_cartan_umbrella",
         formula: "x^2 - y*z^2",
         bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
         patches: 280,
-        tolerance: 1e-2,
     },
     Figure {
         name: "fig6_steiner",
         formula: "x^2*y^2 + y^2*z^2 + x^2*z^2 - 4*x*y*z",
         bounds: [[-3.0, -3.0, -2.0], [3.0, 3.0, 2.0]],
         patches: 370,
-        tolerance: 1e-2,
     },
     Figure {
         name: "fig7_toroidal",
         formula: "(y^2 + z^2 - x^2 + 0.5*x^3 - 4)^2 - 16*x^2 + 8*x^3",
         bounds: [[-1.2, -4.0, -4.0], [4.0, 4.0, 4.0]],
         patches: 540,
-        tolerance: 1e-2,
     },
 ];
 
@@ -69,8 +63,9 @@ const SIZE: [usize; 2] = [600, 450];
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: paper_002_figures OUT")?);
     fs::create_dir_all(&folder)?;
-    let mut table =
-        String::from("surface, patches, of the paper, distance, normal jump (rad), folded, edges on singular curves\n");
+    let mut table = String::from(
+        "surface, patches, of the paper, distance, normal jump (rad), folded, edges on singular curves\n",
+    );
     for figure in &FIGURES {
         make(figure, &folder, &mut table)?;
     }
@@ -84,7 +79,7 @@ fn make(figure: &Figure, folder: &Path, table: &mut String) -> Result<(), Box<dy
     let [min, max] = figure.bounds.map(Vec3::from);
     let recipe = AlgebraicRecipe {
         bounds: Some(Aabb::new(min, max)),
-        mesh: TriangulateOptions { tolerance: figure.tolerance, ..TriangulateOptions::default() },
+        size: Size::Faces(figure.patches),
         ..AlgebraicRecipe::default()
     };
     let FittedAlgebraic { surface, mesh, .. } = fit(&formula, &recipe, &|_| ())?;

@@ -44,7 +44,8 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
     };
     let mut report =
         Report { method: Some("rational".to_owned()), base, rational, repairs: notes, seconds, ..described };
-    let provenance = making::of_patches_of_formula("rational", input, options, &bounds, found.common.diagonal)?;
+    let provenance =
+        making::of_patches_of_formula("rational", input, options, &bounds, found.common.diagonal)?;
     let model = NativeModel { surface: NativeSurface::Rational(Box::new(surface)), provenance };
     finish(&model, options, &mut report, progress)
 }

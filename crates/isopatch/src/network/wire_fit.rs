@@ -46,7 +46,9 @@ pub fn fitted(wire: &Wire, ends: &[WireEnd; 2], plane: Option<Vec3>, target: &dy
         let lengths = [(tried[1] - tried[0]).norm(), (tried[2] - tried[3]).norm()];
         let is_short = lengths.iter().all(|l| (ARMS[0] * chord..=ARMS[1] * chord).contains(l));
         let forwards = |end: usize| (tried[1 + end] - tried[3 * end]).dot(&arms[end]) > 0.0;
-        match Residuals::of(&tried, target).filter(|r| is_short && forwards(0) && forwards(1) && r.sum() < at.sum()) {
+        match Residuals::of(&tried, target)
+            .filter(|r| is_short && forwards(0) && forwards(1) && r.sum() < at.sum())
+        {
             Some(better) => (x, at) = (next, better),
             None => break,
         }

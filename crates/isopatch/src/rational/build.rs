@@ -163,9 +163,12 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
         for seam in &frame.seams {
             sides[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
         }
-        made.par_iter_mut().enumerate().filter(|(w, (_, ends))| sides[*w] <= 2 && *ends != [WireEnd::Free; 2]).for_each(|(w, (of, ends))| {
-            of.wire = fitted(&of.wire, ends, options.planes.get(w).copied().flatten(), target);
-        });
+        made.par_iter_mut()
+            .enumerate()
+            .filter(|(w, (_, ends))| sides[*w] <= 2 && *ends != [WireEnd::Free; 2])
+            .for_each(|(w, (of, ends))| {
+                of.wire = fitted(&of.wire, ends, options.planes.get(w).copied().flatten(), target);
+            });
     }
     made.into_iter().map(|(of, _)| of).collect()
 }

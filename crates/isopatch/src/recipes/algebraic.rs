@@ -15,7 +15,9 @@ use crate::bernstein::triangle;
 use crate::field::Formula;
 use crate::geom::{Aabb, Vec3};
 use crate::inspect::{InspectOptions, inspect_rational};
-use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with, is_folded_over, relax_folds};
+use crate::rational::{
+    BuildOptions, Built, Frame, FrameError, RationalSurface, build_with, is_folded_over, relax_folds,
+};
 use crate::report::Seconds;
 use crate::singular::mesh::{
     LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
@@ -71,7 +73,9 @@ pub enum AlgebraicError {
     #[error(transparent)]
     Frame(#[from] FrameError),
     /// Fewer triangles are wanted than keep the singular points and curves and the shape.
-    #[error("{asked} patches are too few: with its singular points and curves this surface needs {least} or more")]
+    #[error(
+        "{asked} patches are too few: with its singular points and curves this surface needs {least} or more"
+    )]
     Faces {
         /// How many are wanted.
         asked: usize,

@@ -7,17 +7,18 @@
 //! A-patches need an oriented manifold. The triangles around a singular edge are joined in pairs, each pair the border of a wedge in
 //! which f < 0: so the whole is the border of solids that touch each other in singular points and curves, where vertices are there
 //! once for each. Singular edges are creases: both patches of a pair end in one curve, and the curves of all pairs have the same
-//! ends and tangents. Where a vertex has no normal in a sheet, as at the tip of a cone, it is a corner.
+//! ends and tangents, unless the hull makes a corner there. Where a vertex has no normal in a sheet, as at the tip of a cone, it is a corner.
 
 use crate::apatch::{self, APatchOptions, APatchSurface};
 use crate::base::Repair;
 use crate::field::Formula;
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Aabb, Point3, Vec3};
 use crate::hull::{self, HermiteError, HermiteMesh, HullOptions};
 use crate::mesh::{HalfEdgeMesh, MeshError};
 use crate::rational::Frame;
 use crate::report::{APatchReport, Seconds};
 use crate::singular::mesh::{EdgeTag, SingularMesh};
+use crate::surface::{PatchId, Surface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A finished surface.
@@ -29,6 +30,8 @@ pub struct SingularAPatches {
     pub figures: APatchReport,
     /// The vertex of the conforming mesh that each vertex of the surface is.
     pub vertices: Vec<u32>,
+    /// The largest distance between the curves of the pairs of triangles along one singular edge, a length.
+    pub gap: f64,
     /// What was changed, and what does not fit.
     pub repairs: Vec<Repair>,
     /// Time of each stage.
@@ -65,10 +68,19 @@ pub fn over_conforming(
     let hull = seconds.measure("hull", || hull::build(data, hull_options));
     progress("patches");
     let function = seconds.measure("patches", || apatch::build(hull, patch_options));
-    let repairs = repairs(&solids, &function);
+    let mut repairs = repairs(&solids, &function);
     let figures = APatchReport { normals: Some("field".to_owned()), ..APatchReport::new(&function) };
     let surface = APatchSurface::new(function);
-    Ok(SingularAPatches { surface, figures, vertices: solids.vertices, repairs, seconds })
+    let (gap, parted) = gap(mesh, &solids, &surface);
+    if parted > 0 {
+        repairs.push(Repair {
+            what: format!("sheets part on singular edges: {parted}"),
+            place: format!("by up to {gap:.2e}"),
+            why: "corners were made at their ends, and sheets leave a corner in different directions"
+                .to_owned(),
+        });
+    }
+    Ok(SingularAPatches { surface, figures, vertices: solids.vertices, gap, repairs, seconds })
 }
 
 /// A conforming mesh cut apart.
@@ -203,6 +215,43 @@ fn root(parents: &mut [usize], mut i: usize) -> usize {
 fn join(parents: &mut [usize], a: usize, b: usize) {
     let (a, b) = (root(parents, a), root(parents, b));
     parents[a.max(b)] = a.min(b);
+}
+
+/// Points along a singular edge at which the curves of its pairs are compared.
+const ALONG: usize = 8;
+/// Curves that are no farther apart than this share of the diagonal are the same to rounding.
+const SAME: f64 = 1e-12;
+
+/// The largest distance between the curves over one singular edge, and the number of edges where they are not the same.
+fn gap(whole: &SingularMesh, solids: &Solids, surface: &APatchSurface) -> (f64, usize) {
+    let mesh = &solids.mesh;
+    let mut curves: BTreeMap<[u32; 2], Vec<[Point3; ALONG + 1]>> = BTreeMap::new();
+    for e in mesh.edges() {
+        let h = mesh.edge_half_edge(e);
+        let ends = [mesh.origin(h), mesh.origin(mesh.next(h))].map(|v| solids.vertices[v.index()]);
+        let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+        if whole.singular_edges.binary_search(&sorted).is_ok() {
+            let k = mesh.side(h);
+            let mut points: [Point3; ALONG + 1] = std::array::from_fn(|i| {
+                let t = i as f64 / ALONG as f64;
+                let mut l = [0.0; 3];
+                (l[k], l[(k + 1) % 3]) = (1.0 - t, t);
+                surface.sample(PatchId(mesh.face(h).0), [l[0], l[1]]).point
+            });
+            if ends != sorted {
+                points.reverse();
+            }
+            curves.entry(sorted).or_default().push(points);
+        }
+    }
+    let same = SAME * Aabb::around(&whole.positions).diagonal();
+    let mut found = (0.0f64, 0);
+    for copies in curves.values() {
+        let apart = copies.iter().flat_map(|c| c.iter().zip(&copies[0])).map(|(p, q)| (p - q).norm());
+        let apart = apart.fold(0.0, f64::max);
+        found = (found.0.max(apart), found.1 + usize::from(apart > same));
+    }
+    found
 }
 
 fn repairs(solids: &Solids, function: &apatch::APatchFunction) -> Vec<Repair> {

@@ -85,7 +85,12 @@ fn changes(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits, allowed: 
 }
 
 /// Makes changes that do not touch each other; how many, and the edges that are in the way of others.
-fn pass(field: &dyn Field, mesh: &mut SingularMesh, limits: Limits, allowed: usize) -> (usize, Vec<[u32; 2]>) {
+fn pass(
+    field: &dyn Field,
+    mesh: &mut SingularMesh,
+    limits: Limits,
+    allowed: usize,
+) -> (usize, Vec<[u32; 2]>) {
     let edges = across_ridges(field, mesh, limits);
     if edges.is_empty() {
         return (0, Vec::new());
@@ -152,11 +157,14 @@ fn best_change(
         let old = |v: u32| mesh.positions[v as usize];
         let new = |v: u32| if v == change.to { change.at } else { mesh.positions[v as usize] };
         let is_possible = change.from.is_none_or(|from| state.keeps_topology(from, change.to));
-        let (was, is) = (faults(field, mesh, &before, &old, limits), faults(field, mesh, &after, &new, limits));
+        let (was, is) =
+            (faults(field, mesh, &before, &old, limits), faults(field, mesh, &after, &new, limits));
         let is_better = is_possible && is.turned <= was.turned + allowed && is.across < was.across;
         (is_better && is_near(field, &after, &new, limits)).then_some((is, change))
     });
-    better.min_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal)).map(|(_, change)| change)
+    better
+        .min_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal))
+        .map(|(_, change)| change)
 }
 
 /// The triangles that a change touches, before and after it.
@@ -219,10 +227,10 @@ fn is_near(
 /// Smooth edges across ridges, and those that are too short, the shortest first, with the normals at their ends.
 fn across_ridges(field: &dyn Field, mesh: &SingularMesh, limits: Limits) -> Vec<([u32; 2], [Vec3; 2])> {
     let normal = |v: u32| field.gradient(mesh.positions[v as usize]).1.try_normalize(0.0);
-    let is_free = |v: &u32| {
-        mesh.vertices[*v as usize] == VertexKind::Regular && mesh.sides[*v as usize].is_empty()
-    };
-    let length = |ends: &[u32; 2]| (mesh.positions[ends[0] as usize] - mesh.positions[ends[1] as usize]).norm();
+    let is_free =
+        |v: &u32| mesh.vertices[*v as usize] == VertexKind::Regular && mesh.sides[*v as usize].is_empty();
+    let length =
+        |ends: &[u32; 2]| (mesh.positions[ends[0] as usize] - mesh.positions[ends[1] as usize]).norm();
     let edges = mesh.edges();
     let smooth = edges.iter().filter(|(ends, t)| mesh.tag(**ends, t.len()) == EdgeTag::Smooth);
     let mut found: Vec<([u32; 2], [Vec3; 2])> = smooth
@@ -235,12 +243,7 @@ fn across_ridges(field: &dyn Field, mesh: &SingularMesh, limits: Limits) -> Vec<
 }
 
 /// Where the surface turns: outwards from the middle of the edge, in the direction between the normals.
-fn ridge_point(
-    field: &dyn Field,
-    mesh: &SingularMesh,
-    ends: [u32; 2],
-    [n, m]: [Vec3; 2],
-) -> Option<Point3> {
+fn ridge_point(field: &dyn Field, mesh: &SingularMesh, ends: [u32; 2], [n, m]: [Vec3; 2]) -> Option<Point3> {
     let [p, q] = ends.map(|v| mesh.positions[v as usize]);
     let chord = q - p;
     let between = n + m - chord * ((n + m).dot(&chord) / chord.norm_squared());

@@ -1,9 +1,9 @@
 //! Finer where it is wanted: edges of a conforming mesh are divided, and the new vertices are on the surface.
 
-use std::collections::{BTreeSet};
+use std::collections::BTreeSet;
 
-use super::flip::flip;
 use super::decimate::Limits;
+use super::flip::flip;
 use super::normals::set_normals;
 use super::project::onto_curve;
 use super::singular_mesh::{EdgeTag, SingularMesh, VertexKind};
@@ -39,7 +39,9 @@ pub fn split_edges(
         if triangles.iter().any(|t| used.contains(t)) {
             continue;
         }
-        let Some((at, kind, sides)) = new_vertex(field, bounds, mesh, *ends, triangles, *near) else { continue };
+        let Some((at, kind, sides)) = new_vertex(field, bounds, mesh, *ends, triangles, *near) else {
+            continue;
+        };
         used.extend(triangles);
         let m = mesh.positions.len() as u32;
         mesh.positions.push(at);
