@@ -8,6 +8,7 @@ use isopatch::geom::Aabb;
 use isopatch::io::Unit;
 use isopatch::recipes::apatch::{GradientLengths, NormalSource};
 use isopatch::recipes::hybrid::{Polygons, TriangleElement};
+use isopatch::recipes::spline::Effort;
 use isopatch::render::View;
 use std::path::PathBuf;
 
@@ -91,6 +92,11 @@ pub struct FitOptions {
     #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::positive)]
     pub tol: Option<f64>,
 
+    /// What a formula's spline costs: quick (up to three times faster, with about twice the patches) or full (the fewest
+    /// patches, the least error) [default: full]
+    #[arg(long, value_name = "EFFORT", conflicts_with = "base")]
+    pub effort: Option<EffortChoice>,
+
     /// Value of a name in the formula, as often as wanted
     #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment)]
     pub set: Vec<String>,
@@ -111,7 +117,7 @@ pub struct FitOptions {
 
     /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
     /// [default: default]
-    #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method"])]
+    #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method", "effort"])]
     pub recipe: Option<Recipe>,
 
     /// Where the normals of a mesh come from [default: the file if it has any, else loop; over
@@ -181,6 +187,24 @@ pub enum Triangulation {
     Edge,
     /// Expansion around vertices (Algorithm 2): checked, not certain
     Vertex,
+}
+
+/// What the spline of a formula costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum EffortChoice {
+    /// Time: no evening, no thinning
+    Quick,
+    /// Few patches and small errors
+    Full,
+}
+
+impl From<EffortChoice> for Effort {
+    fn from(choice: EffortChoice) -> Self {
+        match choice {
+            EffortChoice::Quick => Self::Quick,
+            EffortChoice::Full => Self::Full,
+        }
+    }
 }
 
 /// How a base mesh is made from a fine one.

@@ -122,6 +122,7 @@ fn merge(typed: FitOptions, filed: FitOptions) -> FitOptions {
         // Typed values come last, so they win for the names that both set.
         set: [filed.set, typed.set].concat(),
         base,
+        effort: typed.effort.or(filed.effort),
         base_method: typed.base_method.or(filed.base_method),
         triangulate: typed.triangulate.or(filed.triangulate),
         recipe: typed.recipe.or(filed.recipe),

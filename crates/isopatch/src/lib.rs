@@ -48,7 +48,7 @@
 //!    surface, f < 0 is inside, and ∇f points out.
 //! 2. **A base mesh.** [`base::build`] looks for the surface in a box, polygonises it, thins the mesh out to the wanted
 //!    number of faces, makes the triangles well shaped and puts the vertices on the surface. The result is a
-//!    [`base::BaseMesh`]: connectivity ([`mesh::HalfEdgeMesh`]), positions, normals, curvature tensors. All methods start
+//!    [`base::BaseMesh`]: connectivity ([`mesh::HalfEdgeMesh`]), positions, normals, curvature tensors. Splines start
 //!    from it. [`base::validity`] says whether a mesh from elsewhere is fit for that.
 //! 3. **Boundary curves.** [`network::fit_quartics`] puts one quartic curve over each edge, with the tangent and the
 //!    normal curvature of the surface at both ends.

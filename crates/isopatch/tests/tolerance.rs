@@ -6,9 +6,9 @@ use isopatch::base::{BaseMethod, BaseOptions, ValidityLimits, validity};
 use isopatch::field::{Constants, Formula};
 use isopatch::gallery;
 use isopatch::inspect::{InspectOptions, inspect};
-use isopatch::recipes::spline::{Fitted, Size, SplineRecipe, fit};
+use isopatch::recipes::spline::{Effort, Fitted, Size, SplineRecipe, fit};
 
-fn fitted(name: &str, tolerance: f64, method: BaseMethod) -> Fitted {
+fn fitted(name: &str, tolerance: f64, method: BaseMethod, effort: Effort) -> Fitted {
     let entry = gallery::surface(name).unwrap();
     let mut constants = Constants::new();
     for (name, value) in &entry.constants {
@@ -17,6 +17,7 @@ fn fitted(name: &str, tolerance: f64, method: BaseMethod) -> Fitted {
     let recipe = SplineRecipe {
         bounds: entry.bounds,
         size: Size::Tolerance(tolerance),
+        effort,
         base: BaseOptions { method, ..BaseOptions::default() },
         ..SplineRecipe::default()
     };
@@ -25,7 +26,10 @@ fn fitted(name: &str, tolerance: f64, method: BaseMethod) -> Fitted {
 
 /// Fails if the tolerance is missed, the base mesh is not valid, or there are more patches than `most`.
 fn check(name: &str, tolerance: f64, method: BaseMethod, most: usize) {
-    let fitted = fitted(name, tolerance, method);
+    check_fitted(name, tolerance, &fitted(name, tolerance, method, Effort::Full), most);
+}
+
+fn check_fitted(name: &str, tolerance: f64, fitted: &Fitted, most: usize) {
     let base = &fitted.surface.base;
     let options = InspectOptions { region: Some(fitted.bounds), ..InspectOptions::default() };
     let found = inspect(&fitted.surface, base, Some(&fitted.formula), &options);
@@ -44,6 +48,14 @@ fn check(name: &str, tolerance: f64, method: BaseMethod, most: usize) {
 fn spheres_take_few_patches() {
     for (tolerance, most) in [(1e-3, 26), (1e-4, 39), (1e-5, 107), (1e-6, 248)] {
         check("sphere", tolerance, BaseMethod::Remesh, most);
+    }
+}
+
+#[test]
+fn little_effort_keeps_the_same_promises_with_more_patches() {
+    for (name, tolerance, most) in [("sphere", 1e-4, 80), ("torus", 1e-4, 500), ("mcmullen", 1e-5, 1_900)] {
+        let quick = fitted(name, tolerance, BaseMethod::Remesh, Effort::Quick);
+        check_fitted(name, tolerance, &quick, most);
     }
 }
 

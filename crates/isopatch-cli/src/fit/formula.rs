@@ -72,6 +72,7 @@ fn make(
     let recipe = SplineRecipe {
         bounds,
         size: size(input, options),
+        effort: options.effort.map_or_else(Default::default, Into::into),
         given: options.base.as_deref().map(read_base).transpose()?,
         base: BaseOptions {
             method: options.base_method.map_or_else(Default::default, Into::into),

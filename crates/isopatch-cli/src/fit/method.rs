@@ -98,8 +98,9 @@ fn of_meshes(options: &FitOptions) -> [Given; 6] {
 }
 
 /// The options that only a spline of a formula takes.
-fn of_splines(options: &FitOptions) -> [Given; 3] {
+fn of_splines(options: &FitOptions) -> [Given; 4] {
     [
+        ("--effort", options.effort.is_some()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
         ("--recipe", options.recipe.is_some()),
@@ -124,12 +125,13 @@ fn only_of_a_patches(options: &FitOptions) -> [Given; 4] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 9] {
+fn of_formulas(options: &FitOptions) -> [Given; 10] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
         ("--faces", options.faces.is_some()),
         ("--tol", options.tol.is_some()),
+        ("--effort", options.effort.is_some()),
         ("--set", !options.set.is_empty()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),

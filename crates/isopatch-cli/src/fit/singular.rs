@@ -29,7 +29,10 @@ impl Found {
 
 /// Is it left to isopatch how the surface is made? A spline that is asked for says itself what is wrong with the formula.
 pub fn is_free(options: &FitOptions) -> bool {
-    let of_spline = options.base.is_some() || options.base_method.is_some() || options.recipe.is_some();
+    let of_spline = options.base.is_some()
+        || options.base_method.is_some()
+        || options.recipe.is_some()
+        || options.effort.is_some();
     matches!(options.method, None | Some(Method::Auto)) && !of_spline
 }
 

@@ -6,9 +6,13 @@ use rayon::prelude::*;
 
 /// Cells along one side of a brick; a brick is evaluated in one batch, and skipped if the field has no zero in it.
 const BRICK: usize = 16;
-/// Halvings of a grid edge: 2⁻⁴⁵ of an edge is rounding error of the coordinates.
+/// Steps of false position, after which smooth fields are at their zeros; then halvings of what is left.
+const SECANTS: usize = 12;
+/// Halvings of a grid edge, at most: 2⁻⁴⁵ of an edge is rounding error of the coordinates.
 const HALVINGS: usize = 45;
-/// |f| after all halvings, relative to the edge's scale, for a zero. A root of power 1/4 falls to 4e-4, a jump or a
+/// A step below this share of the edge is the last.
+const LAST_STEP: f64 = 1.0 / (1u64 << HALVINGS) as f64;
+/// |f| after the last step, relative to the edge's scale, for a zero. A root of power 1/4 falls to 4e-4, a jump or a
 /// pole does not fall.
 const ZERO: f64 = 1e-3;
 
@@ -68,16 +72,16 @@ fn brick_zeros(field: &dyn Field, grid: &Grid, first: [usize; 3]) -> Vec<Point3>
             }
         }
     }
-    brackets.bisect(field)
+    brackets.close_in(field)
 }
 
-/// Segments with a point where f < 0 and one where f ≥ 0.
+/// Segments from a point where f < 0 to one where f ≥ 0.
 #[derive(Default)]
 struct Brackets {
     negative: Points,
     positive: Points,
-    /// |f| at these two points.
-    sizes: Vec<[f64; 2]>,
+    /// f at these two points.
+    ends: Vec<[f64; 2]>,
 }
 
 impl Brackets {
@@ -87,33 +91,80 @@ impl Brackets {
         if negative.1 < 0.0 && positive.1 >= 0.0 {
             self.negative.push(negative.0);
             self.positive.push(positive.0);
-            self.sizes.push([-negative.1, positive.1]);
+            self.ends.push([negative.1, positive.1]);
         }
     }
 
-    /// The zeros between, by bisection; not those where |f| does not fall, which are poles or jumps.
-    fn bisect(mut self, field: &dyn Field) -> Vec<Point3> {
-        let n = self.sizes.len();
-        let (mut middle, mut f) = (Points::zeros(n), vec![0.0; n]);
-        let mut scale = Vec::new();
-        for _ in 0..HALVINGS {
-            for i in 0..n {
-                middle.set(i, 0.5 * (self.negative.get(i) + self.positive.get(i)));
+    /// The point at a share of the way.
+    fn at(&self, i: usize, share: f64) -> Point3 {
+        self.negative.get(i) + share * (self.positive.get(i) - self.negative.get(i))
+    }
+
+    /// The zeros between; not those where |f| does not fall, which are poles or jumps.
+    fn close_in(self, field: &dyn Field) -> Vec<Point3> {
+        let mut roots: Vec<Bracket> = self.ends.iter().map(|f| Bracket::new(*f)).collect();
+        let mut open: Vec<usize> = (0..roots.len()).collect();
+        let (mut points, mut f) = (Points::default(), Vec::new());
+        for round in 0..SECANTS + HALVINGS {
+            if open.is_empty() {
+                break;
             }
-            field.values(middle.view(), &mut f);
-            if scale.is_empty() {
-                scale = self.sizes.iter().zip(&f).map(|([a, b], f)| median([*a, *b, f.abs()])).collect();
-            }
-            for i in 0..n {
-                let side = if f[i] < 0.0 { &mut self.negative } else { &mut self.positive };
-                side.set(i, middle.get(i));
-            }
+            open.iter().for_each(|i| roots[*i].step(round));
+            points.clear();
+            open.iter().for_each(|i| points.push(self.at(*i, roots[*i].t)));
+            f.resize(open.len(), 0.0);
+            field.values(points.view(), &mut f);
+            let mut values = f.iter();
+            open.retain(|i| values.next().is_some_and(|f| roots[*i].narrow(*f, round)));
         }
-        (0..n).filter(|i| f[*i].abs() <= ZERO * scale[*i]).map(|i| middle.get(i)).collect()
+        let found = |i: &usize| roots[*i].f.abs() <= ZERO * roots[*i].scale;
+        (0..roots.len()).filter(found).map(|i| self.at(i, roots[i].t)).collect()
     }
 }
 
-/// The middle one: the size of f on an edge, from its ends and its midpoint, even if one of them is on a zero or pole.
+/// A zero between two shares of a segment: by Illinois's false position, then by bisection.
+struct Bracket {
+    ends: [f64; 2],
+    /// f at the ends, halved where an end has stayed.
+    weights: [f64; 2],
+    /// Where f was evaluated last, and what it was.
+    t: f64,
+    f: f64,
+    last_step: f64,
+    /// The size of f on the segment: the middle one of its ends and the first point between, even if one of them is on a zero
+    /// or a pole.
+    scale: f64,
+}
+
+impl Bracket {
+    fn new(f: [f64; 2]) -> Self {
+        Self { ends: [0.0, 1.0], weights: f, t: 0.0, f: f[0], last_step: 1.0, scale: 0.0 }
+    }
+
+    /// Moves t on. The first step goes to the middle, which tells the scale.
+    fn step(&mut self, round: usize) {
+        let ([a, b], [fa, fb]) = (self.ends, self.weights);
+        let secant = a + (b - a) * (fa / (fa - fb));
+        let inside = round > 0 && round < SECANTS && secant > a && secant < b;
+        let t = if inside { secant } else { 0.5 * (a + b) };
+        (self.last_step, self.t) = ((t - self.t).abs(), t);
+    }
+
+    /// Takes f at t; is there a way to go?
+    fn narrow(&mut self, f: f64, round: usize) -> bool {
+        if round == 0 {
+            self.scale = median([-self.weights[0], self.weights[1], f.abs()]);
+        }
+        let side = usize::from(f >= 0.0);
+        // An end that stays twice loses half its weight, so the next point falls on its side.
+        if (self.f >= 0.0) == (f >= 0.0) {
+            self.weights[1 - side] *= 0.5;
+        }
+        (self.ends[side], self.weights[side], self.f) = (self.t, f, f);
+        f != 0.0 && self.last_step > LAST_STEP && self.ends[1] - self.ends[0] > LAST_STEP
+    }
+}
+
 fn median(mut values: [f64; 3]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values[1]

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! have both components free, and (8) is 3 (q2 − q0)·N0 = 4 w0ᵀ M0 w0: the curvature of the surface in whatever direction
-//! the curve leaves. Errors fall by 3 to 20 against tangents along the chord (PAPERS.md, deviations).
+//! the curve leaves. What that is worth is in PAPERS.md, deviations of the tangents.
 
 use super::ends::{Ends, Fit, TRUST, UNKNOWNS};
 use super::quartic::{CurveOptions, SAMPLES, TABLE};

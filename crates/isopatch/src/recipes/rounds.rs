@@ -4,7 +4,7 @@ use super::differentiable::{explain, find_defect};
 use super::finish::Finisher;
 use super::patchwork::{Patchwork, Workshop};
 use super::refine::{Wish, expected_faces, is_bad, lengths_for_error, median_error, misses, shorter_at};
-use super::spline::{RecipeError, Size, SplineRecipe};
+use super::spline::{Effort, RecipeError, Size, SplineRecipe};
 use crate::base::{self, BaseError, BaseMesh, BaseOptions, BaseOutcome, Draft, SeedOptions, validity};
 use crate::field::Formula;
 use crate::geom::Aabb;
@@ -27,6 +27,9 @@ const FEW: f64 = 0.03;
 const NEAR: f64 = 0.35;
 /// Times that the patch is split that is nearest to where the zero set is too far from the surface.
 const BACK_ROUNDS: usize = 3;
+/// Points of the zero set for each patch, and at least, from which the way back is measured with little effort.
+const SAMPLES_PER_PATCH: usize = 4;
+const FEWEST_SAMPLES: usize = 2_000;
 /// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
 const TOLERANCE_TURN: f64 = 1.25;
 /// Its anisotropy: corners may be wider than where no patch is measured before the end.
@@ -160,10 +163,12 @@ impl Rounds<'_> {
             built: made.patches.len(),
             work: made,
         };
-        finisher.run()?;
-        finisher.workshop = &last;
-        if quick {
-            finisher.build_again()?;
+        if self.recipe.effort == Effort::Full {
+            finisher.run()?;
+            finisher.workshop = &last;
+            if quick {
+                finisher.build_again()?;
+            }
         }
         let mut kept = finisher.split_failing()?;
         for _ in 0..=BACK_ROUNDS {
@@ -191,7 +196,11 @@ impl Rounds<'_> {
     /// From points of the zero set to the surface; none where it has no points.
     fn coverage(&self, made: &Patchwork) -> Option<Coverage> {
         let (surface, area) = (&made.surface, extent(&made.surface).area);
-        let samples = InspectOptions::default().back_samples;
+        let most = InspectOptions::default().back_samples;
+        let samples = match self.recipe.effort {
+            Effort::Full => most,
+            Effort::Quick => (SAMPLES_PER_PATCH * made.patches.len()).clamp(FEWEST_SAMPLES, most),
+        };
         coverage(surface, &self.formula, surface.base.diagonal(), area, samples, Some(self.bounds))
     }
 
@@ -222,7 +231,8 @@ impl Rounds<'_> {
                 wish
             }
             Size::Automatic | Size::Faces(_) => {
-                if !bad && self.violations(base) == 0 && round >= self.recipe.evening {
+                let evened = round >= self.recipe.evening || self.recipe.effort == Effort::Quick;
+                if !bad && self.violations(base) == 0 && evened {
                     return None;
                 }
                 lengths_for_error(base, patches, median_error(patches))

@@ -32,6 +32,17 @@ pub enum Size {
     Tolerance(f64),
 }
 
+/// What a surface costs in time, and in patches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Effort {
+    /// As quick as can be: no edge lengths are evened out, rows and free points are not relaxed unless a tolerance is missed
+    /// without, and the mesh is not thinned where a tolerance leaves room. Guarantees and checks are the same.
+    Quick,
+    /// The smallest errors for a number of patches, and the fewest patches for a tolerance.
+    #[default]
+    Full,
+}
+
 /// What the recipe is given besides the formula. The default is a good choice for every stage.
 #[derive(Clone, Debug)]
 pub struct SplineRecipe {
@@ -39,6 +50,8 @@ pub struct SplineRecipe {
     pub bounds: Option<Aabb>,
     /// Number of patches.
     pub size: Size,
+    /// Time for fewer patches, or not.
+    pub effort: Effort,
     /// Connectivity and approximate vertices of the base mesh; made from the surface if none is given. A given mesh is
     /// used as it is, without rounds; of `size`, only a tolerance counts, which the result keeps or not.
     pub given: Option<PolygonMesh>,
@@ -61,6 +74,7 @@ impl Default for SplineRecipe {
         Self {
             bounds: None,
             size: Size::default(),
+            effort: Effort::default(),
             given: None,
             base: BaseOptions::default(),
             curves: CurveOptions::default(),
@@ -231,13 +245,17 @@ fn attempt(
     let (mut mesh, mut repairs) = (first.base, first.repairs);
     mesh.frozen_diagonal = Some(mesh.diagonal());
     // Where the tolerance is easily kept, the rounds do without the last step of the fit.
+    let has_tolerance = matches!(recipe.size, Size::Tolerance(_));
     let large = mesh.mesh.face_count() >= QUICK_FROM;
-    let mut quick = matches!(recipe.size, Size::Tolerance(_)) && recipe.given.is_none() && large;
+    let mut quick = match recipe.effort {
+        Effort::Quick => true,
+        Effort::Full => has_tolerance && recipe.given.is_none() && large,
+    };
     let surface = |work: &Rounds<'_>, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>| {
         stages.run("patches", || work.surface(mesh, quick))
     };
     let mut made = surface(&work, &mesh, quick, &mut stages);
-    if quick && work.is_hard(&made) {
+    if quick && has_tolerance && work.is_hard(&made) {
         quick = false;
         made = surface(&work, &mesh, quick, &mut stages);
     }
