@@ -3,16 +3,19 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)] // These are tests.
 
+use isopatch::base::FieldTarget;
 use isopatch::bernstein::triangle;
 use isopatch::field::{Constants, Field, Formula};
 use isopatch::geom::{Aabb, Point3};
 use isopatch::inspect::{APatchInspectOptions, InspectOptions, inspect_a_patches, inspect_rational};
 use isopatch::rational::RationalSurface;
+use isopatch::recipes::adapt::{AdaptGoal, adapt};
 use isopatch::recipes::algebraic::{AlgebraicError, AlgebraicRecipe, FittedAlgebraic, fit};
 use isopatch::recipes::singular::{self, SingularRecipe};
 use isopatch::recipes::singular_apatch::over_conforming;
 use isopatch::recipes::spline::Size;
-use isopatch::singular::mesh::TriangulateOptions;
+use isopatch::singular::mesh::{TriangulateOptions, triangulate};
+use isopatch::singular::{SingularOptions, singular_set};
 use isopatch::surface::{Continuity, SeamSide, Surface};
 
 struct Example {
@@ -89,16 +92,26 @@ fn distance(field: &Formula, surface: &dyn Surface) -> f64 {
 #[test]
 fn rational_patches_keep_the_distances_of_the_structured_meshes() {
     for example in EXAMPLES {
-        let name = example.name;
-        let fitted = example.fitted(Size::Faces(2 * example.patches)).unwrap();
-        let (field, surface) = (example.parsed(), &fitted.surface);
+        let (name, field, bounds) = (example.name, example.parsed(), example.bounds());
+        let set = singular_set(&field, &bounds, &SingularOptions::default()).unwrap();
+        let options = TriangulateOptions::default();
+        let degree = field.quadratic_polynomial().unwrap().degree();
+        let mut mesh = triangulate(&field, degree, &set, &bounds, &options).unwrap();
+        let goal = AdaptGoal {
+            // The lattice of the goal is not that of the test.
+            distance: 0.9 * example.distance,
+            triangles: 2 * example.patches,
+            flat: options.tolerance * bounds.diagonal(),
+        };
+        let target = FieldTarget::new(&field, bounds.diagonal());
+        let built = adapt(&field, &bounds, &mut mesh, &target, &goal).unwrap();
+        let surface = &built.surface;
         let options =
             InspectOptions { back_samples: 0, intersection_lattice: 0, ..InspectOptions::default() };
         let found = inspect_rational(surface, None, &options);
         let far = distance(&field, surface);
-        let notes: Vec<&str> = fitted.notes.iter().map(|note| note.what.as_str()).collect();
         println!(
-            "{name}: {} patches, distance {far:.2e}, jump {:.1e}, {} folded, {notes:?}",
+            "{name}: {} patches, distance {far:.2e}, jump {:.1e}, {} folded",
             surface.patch_count(),
             found.common.seams.max_normal_jump,
             found.folded.len()

@@ -100,7 +100,7 @@ const AIMS: usize = 4;
 const MOST_TRIANGLES: usize = 400_000;
 /// With a number of triangles, the share of them with which it begins; the others go where patches need them.
 const FIRST_SHARE: f64 = 0.7;
-/// With it, this share of the diagonal of the box is close enough for flat triangles.
+/// If the mesh has more than those, this share of the diagonal of the box is close enough for flat triangles.
 const LOOSE: f64 = 0.05;
 
 /// Rational patches over the surface of a polynomial; `progress` is told the name of each stage as it starts.
@@ -118,6 +118,16 @@ pub fn fit(
     let options = mesh_options(recipe);
     progress("mesh");
     let mut found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
+    let is_too_many = |n: &usize| found.mesh.triangles.len() > (FIRST_SHARE * *n as f64) as usize;
+    let options = match recipe.size {
+        Size::Faces(n) if is_too_many(&n) => {
+            let first = (FIRST_SHARE * n as f64) as usize;
+            let options = TriangulateOptions { triangles: Some(first), tolerance: LOOSE, ..options };
+            found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
+            options
+        }
+        _ => options,
+    };
     let triangles = found.mesh.triangles.len();
     if triangles == 0 {
         return Err(AlgebraicError::Empty);
@@ -159,11 +169,7 @@ pub fn fit(
 fn mesh_options(recipe: &AlgebraicRecipe) -> TriangulateOptions {
     let options = recipe.mesh.clone();
     match recipe.size {
-        Size::Automatic => options,
-        Size::Faces(n) => {
-            let first = (FIRST_SHARE * n as f64) as usize;
-            TriangulateOptions { triangles: Some(first), tolerance: LOOSE, ..options }
-        }
+        Size::Automatic | Size::Faces(_) => options,
         Size::Tolerance(tolerance) => {
             TriangulateOptions { tolerance: options.tolerance.min(FLAT_SHARE * tolerance.sqrt()), ..options }
         }
