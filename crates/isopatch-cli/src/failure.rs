@@ -11,6 +11,7 @@ use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
 use isopatch::recipes::rational::RationalError;
 use isopatch::recipes::singular::SingularRecipeError;
+use isopatch::recipes::singular_apatch::SingularAPatchError;
 use isopatch::recipes::spline::RecipeError;
 use isopatch::render::RenderError;
 use isopatch::singular::SingularError;
@@ -49,6 +50,8 @@ pub enum Failure {
     Singular(#[from] SingularError),
     #[error(transparent)]
     Algebraic(#[from] AlgebraicError),
+    #[error(transparent)]
+    SingularAPatches(#[from] SingularAPatchError),
     #[error("{}: {source}", path.display())]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
@@ -104,6 +107,7 @@ impl Failure {
             | Self::Conforming(_)
             | Self::Singular(_)
             | Self::Algebraic(_)
+            | Self::SingularAPatches(_)
             | Self::InputMesh { .. }
             | Self::APatch { .. }
             | Self::MeshSpline { .. }

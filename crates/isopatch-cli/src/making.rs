@@ -63,15 +63,16 @@ pub fn of_formula(
     provenance(&making, input.formula.text().to_owned(), options, diagonal)
 }
 
-/// What a native file says about rational patches that were just made from a formula.
-pub fn of_rational_formula(
+/// What a native file says about patches that were just made with a method from a formula with singularities.
+pub fn of_patches_of_formula(
+    method: &str,
     input: &Input,
     options: &FitOptions,
     bounds: &Aabb,
     diagonal: f64,
 ) -> Result<Provenance, Failure> {
     let making = Making {
-        method: "rational".to_owned(),
+        method: method.to_owned(),
         set: input.assignments.clone(),
         level: options.level,
         r#box: Some(report::corners(bounds)),

@@ -16,10 +16,16 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
-        return Err(Failure::Unfit(
-            "--method apatch takes a mesh; for a formula there are --method spline and --method rational"
-                .into(),
-        ));
+        refuse(&of_bases(options), "for splines, not for A-patches")?;
+        refuse(&[of_recipes(options)], "for splines and rational patches of formulas, and for meshes")?;
+        refuse(&[("--triangulate", options.triangulate.is_some())], "for flat triangles, not for A-patches")?;
+        if let Some(file) = options.output.iter().find(|file| file.format == Format::Step) {
+            return Err(Failure::Unfit(format!(
+                "{}: a STEP file can't hold A-patches; --method rational makes what it can hold",
+                file.path.display()
+            )));
+        }
+        outputs::check_a_patches(&options.output, options.cells)?;
     }
     if options.triangulate.is_some() {
         if options.method == Some(Method::Spline) {
@@ -32,7 +38,6 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     }
     if options.method == Some(Method::Rational) {
         refuse(&of_bases(options), "for splines, not for rational patches")?;
-        refuse(&[("--faces", options.faces.is_some())], "for splines, not for rational patches")?;
         outputs::check_rational(options.cells)?;
     }
     refuse(&of_meshes(options), "for meshes, not for a formula")

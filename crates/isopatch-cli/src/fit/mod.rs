@@ -8,6 +8,7 @@ mod mesh_spline;
 mod method;
 mod rational;
 mod singular;
+mod singular_apatch;
 
 use crate::arguments::{Fit, FitOptions, Method};
 use crate::config;
@@ -42,6 +43,9 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     match &source {
         Source::Formula(input) if options.method == Some(Method::Rational) => {
             algebraic::run(&arguments.input, input, &options)
+        }
+        Source::Formula(input) if options.method == Some(Method::Apatch) => {
+            singular_apatch::run(&arguments.input, input, &options)
         }
         Source::Formula(input) => formula::run(&arguments.input, input, &options),
         Source::Mesh(path) => match method::of_mesh(&options) {

@@ -69,6 +69,19 @@ fn expand_options(options: &FitOptions) -> Option<ExpandOptions> {
     Some(ExpandOptions { approach, ..ExpandOptions::default() })
 }
 
+/// The triangles of `formula`.
+pub fn fit(
+    formula: &Formula,
+    found: Found,
+    input: &Input,
+    options: &FitOptions,
+    progress: &Progress,
+) -> Result<FittedSingular, Failure> {
+    let Found { bounds, set, seconds } = found;
+    let recipe = recipe(input, options);
+    Ok(fit_with(formula, bounds, set, &recipe, seconds, &|stage| progress.stage(stage))?)
+}
+
 /// Makes the triangles of `formula`, which was typed as `text`.
 pub fn run(
     text: &str,
@@ -79,9 +92,7 @@ pub fn run(
     progress: Progress,
 ) -> Result<(), Failure> {
     outputs::check_triangles(&options.output, &style(options))?;
-    let Found { bounds, set, seconds } = found;
-    let recipe = recipe(input, options);
-    let fitted = fit_with(formula, bounds, set, &recipe, seconds, &|stage| progress.stage(stage))?;
+    let fitted = fit(formula, found, input, options, &progress)?;
     check_tolerance(&fitted, options)?;
     let mut report = describe(text, options, &fitted);
     report.seconds = fitted.seconds.clone();

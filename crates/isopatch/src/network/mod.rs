@@ -10,6 +10,7 @@ mod sqp;
 pub mod wire;
 pub mod wire_conic;
 pub mod wire_cubic;
+pub mod wire_fit;
 
 pub use quartic::{
     CurveError, CurveOptions, CurveSolver, QuarticCurve, fit_edges, fit_quartics, interpolate_edges,

@@ -65,53 +65,6 @@ fn any_orthogonal(n: &Vec3) -> Vec3 {
     n.cross(&axis).try_normalize(0.0).unwrap_or(axis)
 }
 
-/// C(½).
-pub fn middle(wire: &Wire) -> Point3 {
-    0.125 * (wire[0] + wire[3]) + 0.375 * (wire[1] + wire[2])
-}
-
-/// Largest change of the length of a tangent, relative.
-const MOST_STRETCH: f64 = 0.3;
-/// Largest move of the middle, in chords.
-const MOST_MOVE: f64 = 0.05;
-
-/// The wire changed so that its middle comes to `foot`: a free end takes the tangent that it needs; two tangents with given
-/// directions get other lengths, with which the middle is where it was in the direction along `foot` − C(½), the rest being a matter
-/// of the parameter only. Moves that are long, or lengths that would change much, are cut off. A plane is kept.
-pub fn through_middle(wire: &Wire, ends: &[WireEnd; 2], foot: &Point3, plane: Option<Vec3>) -> Wire {
-    let chord = (wire[3] - wire[0]).norm();
-    let mut miss = foot - middle(wire);
-    if let Some(n) = plane {
-        miss -= n * (n.dot(&miss) / n.norm_squared());
-    }
-    let is_near = miss.norm() <= MOST_MOVE * chord;
-    if !is_near {
-        return *wire;
-    }
-    let mut moved = *wire;
-    match [ends[0] == WireEnd::Free, ends[1] == WireEnd::Free] {
-        [true, true] => {
-            // Half of the move comes from either side.
-            moved[1] += 4.0 / 3.0 * miss;
-            moved[2] += 4.0 / 3.0 * miss;
-        }
-        [true, false] => moved[1] += 8.0 / 3.0 * miss,
-        [false, true] => moved[2] += 8.0 / 3.0 * miss,
-        [false, false] => {
-            // C(½) moves by 3/8 of σ₀ (c₁ − c₀) + σ₁ (c₂ − c₃); the shortest σ that takes the miss off.
-            let Some(direction) = miss.try_normalize(0.0) else { return *wire };
-            let arms = [wire[1] - wire[0], wire[2] - wire[3]];
-            let a = arms.map(|arm| 0.375 * arm.dot(&direction));
-            let square = a[0] * a[0] + a[1] * a[1];
-            let share = if square > 0.0 { miss.norm() / square } else { 0.0 };
-            let stretch = a.map(|a| (share * a).clamp(-MOST_STRETCH, MOST_STRETCH));
-            moved[1] += stretch[0] * arms[0];
-            moved[2] += stretch[1] * arms[1];
-        }
-    }
-    moved
-}
-
 /// Derivative at the start (0) or the end (1).
 pub fn end_tangent(wire: &Wire, end: usize) -> Vec3 {
     if end == 0 { 3.0 * (wire[1] - wire[0]) } else { 3.0 * (wire[3] - wire[2]) }
@@ -188,21 +141,6 @@ mod tests {
         assert!((line[1] - p[1] / 3.0).norm() < 1e-15);
         let crossing = wire(p, [WireEnd::Line(-Vec3::x()), WireEnd::Free]);
         assert!(crossing[1].x > 0.0 && crossing[1].y == 0.0 && crossing[1].z == 0.0);
-    }
-
-    #[test]
-    fn the_middle_goes_where_it_should_and_tangents_keep_their_directions() {
-        let (p, n) = ([Vec3::x(), Vec3::y()], [Vec3::x(), Vec3::y()].map(WireEnd::Plane));
-        let mut w = wire(p, n);
-        w[1].y = 0.5;
-        let foot = Vec3::new(1.0, 1.0, 0.0).normalize();
-        let moved = through_middle(&w, &n, &foot, None);
-        assert!((middle(&moved).norm() - 1.0).abs() < 1e-12);
-        assert!(is_orthogonal(&Vec3::x(), &end_tangent(&moved, 0)));
-        let free = [WireEnd::Free, n[1]];
-        assert!((middle(&through_middle(&w, &free, &foot, None)) - foot).norm() < 1e-15);
-        assert!((middle(&through_middle(&w, &[WireEnd::Free; 2], &foot, None)) - foot).norm() < 1e-15);
-        assert_eq!(through_middle(&w, &n, &Vec3::new(9.0, 0.0, 0.0), None), w);
     }
 
     #[test]

@@ -4,10 +4,9 @@ use super::across::correction;
 use super::frame::{Frame, FrameError, FrameSeam};
 use super::patch::RationalPatch;
 use super::surface::RationalSurface;
-use crate::geom::{Point3, Points, Vec3};
-use crate::network::wire::{
-    Wire, WireEnd, across, end_tangent, is_orthogonal, middle, reversed, through_middle, wire,
-};
+use crate::geom::{Point3, Vec3};
+use crate::network::wire::{Wire, WireEnd, across, end_tangent, is_orthogonal, reversed, wire};
+use crate::network::wire_fit::fitted;
 use crate::surface::Target;
 use rayon::prelude::*;
 
@@ -37,8 +36,7 @@ pub struct BuildOptions<'a> {
     /// For each wire by its number: the normal of a plane that it lies in with both ends, such as a side of a box that cuts the surface; no
     /// entry for none. Default: no planes.
     pub planes: &'a [Option<Vec3>],
-    /// What wires come close to: their midpoints are brought onto it, by the lengths of their tangents. None for wires that depend on
-    /// the frame alone, the default.
+    /// What wires come close to, by the lengths of their tangents. None for wires that depend on the frame alone, the default.
     pub target: Option<&'a dyn Target>,
 }
 
@@ -159,13 +157,18 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
     };
     let mut made: Vec<(WireOf, [WireEnd; 2])> = normals.into_par_iter().map(made).collect();
     if let Some(target) = options.target {
-        let middles = made.iter().map(|(of, _)| middle(&of.wire));
-        let mut feet: Points = middles.collect();
-        target.project(&mut feet);
-        for (w, (of, ends)) in made.iter_mut().enumerate() {
-            let in_plane = options.planes.get(w).copied().flatten();
-            of.wire = through_middle(&of.wire, ends, &feet.get(w), in_plane);
+        // Where more than two triangles meet, sheets cross: what is closer to one of them is farther from the others. A wire
+        // without any tangent plane stays straight.
+        let mut sides = vec![0; count];
+        for seam in &frame.seams {
+            sides[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
         }
+        made.par_iter_mut()
+            .enumerate()
+            .filter(|(w, (_, ends))| sides[*w] <= 2 && *ends != [WireEnd::Free; 2])
+            .for_each(|(w, (of, ends))| {
+                of.wire = fitted(&of.wire, ends, options.planes.get(w).copied().flatten(), target);
+            });
     }
     made.into_iter().map(|(of, _)| of).collect()
 }
@@ -200,7 +203,7 @@ fn regular_corners(frame: &Frame, wires: &[WireOf], uses: &[[EdgeUse; 3]]) -> Ve
     (0..frame.faces.len()).into_par_iter().map(|f| [0, 1, 2].map(|c| is_regular(f, c))).collect()
 }
 
-fn flat_normal([a, b, c]: &[Point3; 3]) -> Vec3 {
+pub(super) fn flat_normal([a, b, c]: &[Point3; 3]) -> Vec3 {
     (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros)
 }
 

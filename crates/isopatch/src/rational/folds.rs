@@ -1,11 +1,14 @@
 //! Patches that fold over.
 
-use super::build::{BuildOptions, patches};
+use super::build::{BuildOptions, flat_normal, patches};
 use super::frame::{Frame, FrameError};
 use super::patch::RationalPatch;
+use super::surface::RationalSurface;
 use crate::bernstein::triangle;
 use crate::geom::Vec3;
+use crate::surface::PatchId;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Is a patch folded? Then its normal somewhere on the lattice with `lattice` intervals is at a right angle or more to the normals of its
 /// corners, blended by barycentric coordinates; a corner without a normal has that of the triangle.
@@ -26,14 +29,83 @@ pub fn is_folded(
     })
 }
 
+/// The same for a patch of a surface.
+pub fn is_folded_over(surface: &RationalSurface, patch: PatchId, lattice: &[[f64; 3]]) -> bool {
+    let frame = surface.frame();
+    let flat = flat_normal(&frame.corners(patch.0));
+    is_folded(surface.patch(patch), &frame.normals[patch.index()], &flat, lattice)
+}
+
 /// The triangles over which [`super::build`] would make folded patches, in order.
 pub fn folded_faces(frame: &Frame, lattice: usize) -> Result<Vec<u32>, FrameError> {
     let lattice = triangle::lattice(lattice.max(1));
     let made = patches(frame, &BuildOptions::default())?.patches;
     let folded = (0..frame.faces.len() as u32).into_par_iter().filter(|f| {
-        let [a, b, c] = frame.corners(*f);
-        let flat = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+        let flat = flat_normal(&frame.corners(*f));
         is_folded(&made[*f as usize], &frame.normals[*f as usize], &flat, &lattice)
     });
     Ok(folded.collect())
+}
+
+/// Most rounds in which normals are given up.
+const ROUNDS: usize = 6;
+
+/// Takes normals away from vertices at which patches fold, until none does or no normal is left at those that do: of the two ends of an edge
+/// whose normals are all but opposite both, else that which sees its triangle worst. Triangles that fold without any normal lose the tangent
+/// planes along their edges as well. At vertices without a normal the patches meet in a point without a tangent
+/// plane, as at a singular vertex; along edges they stay G1. Vertices at which a normal was taken, in order.
+///
+/// # Errors
+/// [`FrameError`] for a frame that does not fit together.
+pub fn relax_folds(
+    frame: &mut Frame,
+    options: &BuildOptions<'_>,
+    lattice: usize,
+) -> Result<Vec<u32>, FrameError> {
+    let lattice = triangle::lattice(lattice.max(1));
+    let mut relaxed = BTreeSet::new();
+    for _ in 0..ROUNDS {
+        let made = patches(frame, options)?.patches;
+        let folded = |f: &u32| {
+            let flat = flat_normal(&frame.corners(*f));
+            is_folded(&made[*f as usize], &frame.normals[*f as usize], &flat, &lattice)
+        };
+        let folded: Vec<u32> = (0..frame.faces.len() as u32).into_par_iter().filter(folded).collect();
+        if folded.is_empty() {
+            break;
+        }
+        // Without a normal at any corner, only tangent planes along the edges can be the cause.
+        let bare: BTreeSet<u32> =
+            folded.iter().copied().filter(|f| frame.normals[*f as usize] == [None; 3]).collect();
+        for seam in &mut frame.seams {
+            let mut faces = std::iter::once(seam.first).chain(seam.second).map(|(face, _)| face);
+            seam.smooth &= !faces.any(|f| bare.contains(&f));
+        }
+        let given_up: BTreeSet<u32> = folded.into_iter().flat_map(|f| vertices_to_relax(frame, f)).collect();
+        for (face, normals) in frame.faces.iter().zip(&mut frame.normals) {
+            (0..3).filter(|c| given_up.contains(&face[*c])).for_each(|c| normals[c] = None);
+        }
+        relaxed.extend(given_up);
+    }
+    Ok(relaxed.into_iter().collect())
+}
+
+/// Normals with a smaller product turn back on each other.
+const TURNS_BACK: f64 = 0.0;
+
+fn vertices_to_relax(frame: &Frame, face: u32) -> Vec<u32> {
+    let (corners, normals) = (frame.faces[face as usize], frame.normals[face as usize]);
+    let flat = flat_normal(&frame.corners(face));
+    let unit = normals.map(|n| n.and_then(|n| n.try_normalize(0.0)));
+    let turns_back = |c: usize| {
+        let with = |d: usize| matches!((unit[c], unit[d]), (Some(n), Some(m)) if n.dot(&m) < TURNS_BACK);
+        with((c + 1) % 3) || with((c + 2) % 3)
+    };
+    let back: Vec<u32> = (0..3).filter(|c| turns_back(*c)).map(|c| corners[c]).collect();
+    if !back.is_empty() {
+        return back;
+    }
+    let sees = |c: &usize| unit[*c].map_or(f64::INFINITY, |n| n.dot(&flat));
+    let worst = (0..3).min_by(|a, b| sees(a).total_cmp(&sees(b))).filter(|c| unit[*c].is_some());
+    worst.map(|c| corners[c]).into_iter().collect()
 }

@@ -8,17 +8,22 @@
 //! through singular points, and its sheets share the wires along singular curves. Wires and the middles of patches are brought
 //! onto the surface.
 
+use super::adapt::{AdaptGoal, adapt};
+use super::spline::Size;
 use crate::base::{self, BaseError, FieldTarget, Repair};
+use crate::bernstein::triangle;
 use crate::field::Formula;
 use crate::geom::{Aabb, Vec3};
 use crate::inspect::{InspectOptions, inspect_rational};
-use crate::rational::{BuildOptions, Built, Frame, FrameError, RationalSurface, build_with};
+use crate::rational::{
+    BuildOptions, Built, Frame, FrameError, RationalSurface, build_with, is_folded_over, relax_folds,
+};
 use crate::report::Seconds;
 use crate::singular::mesh::{
     LowerPart, SingularMesh, TriangulateError, TriangulateOptions, Triangulated, sheets, triangulate,
 };
 use crate::singular::{SingularError, SingularOptions, SingularSet, singular_set};
-use crate::surface::Target;
+use crate::surface::{Surface, Target};
 use std::collections::BTreeSet;
 
 /// What the recipe is given besides the formula.
@@ -26,12 +31,12 @@ use std::collections::BTreeSet;
 pub struct AlgebraicRecipe {
     /// The box; none for one around the surface, if that is bounded.
     pub bounds: Option<Aabb>,
-    /// Largest distance from the surface of the patches, relative to the diagonal of the vertices; none for a mesh made with `mesh` as it
-    /// is, and whatever distance comes of it.
-    pub tolerance: Option<f64>,
+    /// How many patches: as follows from `mesh`, this many, or as many as it takes to be so close to the surface, relative to the diagonal of
+    /// the vertices.
+    pub size: Size,
     /// Singular points and curves.
     pub singular: SingularOptions,
-    /// The mesh. With a tolerance, its own is only where the search for a mesh begins.
+    /// The mesh with which it begins. It is made finer where patches need it.
     pub mesh: TriangulateOptions,
 }
 
@@ -67,17 +72,36 @@ pub enum AlgebraicError {
     /// The mesh can't be interpolated.
     #[error(transparent)]
     Frame(#[from] FrameError),
+    /// Fewer triangles are wanted than keep the singular points and curves and the shape.
+    #[error(
+        "{asked} patches are too few: with its singular points and curves this surface needs {least} or more"
+    )]
+    Faces {
+        /// How many are wanted.
+        asked: usize,
+        /// How many there are when no edge can be collapsed any more.
+        least: usize,
+    },
     /// The box holds no sheet of the surface.
     #[error("there is no sheet of the surface in the box")]
     Empty,
 }
 
-/// Most meshes that are made for a tolerance.
-const MESHES: usize = 6;
-/// Intervals of the lattice on which the distance of patches is measured for it.
-const LATTICE: usize = 8;
-/// Patches are about this share better than the square of the share by which a mesh is; limits of the step.
-const FINER: [f64; 2] = [0.15, 0.7];
+/// Without a size, patches come this much closer to the surface than the flat triangles that they begin with have to be.
+const CLOSER: f64 = 0.2;
+/// For a tolerance on patches, whose order is about 4 in the length of edges, the flat triangles, whose order is 2, begin with this times its
+/// square root.
+const FLAT_SHARE: f64 = 0.1;
+/// Distances are sampled; patches aim at this share of the tolerance.
+const SAFETY: f64 = 0.9;
+/// Times that they aim at less because the inspection finds more.
+const AIMS: usize = 4;
+/// Most triangles, if no number is given.
+const MOST_TRIANGLES: usize = 400_000;
+/// With a number of triangles, the share of them with which it begins; the others go where patches need them.
+const FIRST_SHARE: f64 = 0.7;
+/// If the mesh has more than those, this share of the diagonal of the box is close enough for flat triangles.
+const LOOSE: f64 = 0.05;
 
 /// Rational patches over the surface of a polynomial; `progress` is told the name of each stage as it starts.
 pub fn fit(
@@ -91,45 +115,79 @@ pub fn fit(
     progress("singularities");
     let set = seconds.measure("singularities", || singular_set(formula, &bounds, &recipe.singular))?;
     let degree = formula.quadratic_polynomial().map_or(0, |p| p.degree());
-    let mut options = recipe.mesh.clone();
-    let mut left = MESHES;
-    loop {
-        progress("mesh");
-        let found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
-        if found.mesh.triangles.is_empty() {
-            return Err(AlgebraicError::Empty);
+    let options = mesh_options(recipe);
+    progress("mesh");
+    let mut found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
+    let is_too_many = |n: &usize| found.mesh.triangles.len() > (FIRST_SHARE * *n as f64) as usize;
+    let options = match recipe.size {
+        Size::Faces(n) if is_too_many(&n) => {
+            let first = (FIRST_SHARE * n as f64) as usize;
+            let options = TriangulateOptions { triangles: Some(first), tolerance: LOOSE, ..options };
+            found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
+            options
         }
-        progress("patches");
-        let target = FieldTarget::new(formula, bounds.diagonal());
-        let built = seconds.measure("patches", || over_singular_mesh(&found.mesh, Some(&target)))?;
-        left -= 1;
-        if let Some(tolerance) = recipe.tolerance.filter(|_| left > 0) {
-            let measure = || {
-                let options = InspectOptions {
-                    lattice: LATTICE,
-                    back_samples: 0,
-                    intersection_lattice: 0,
-                    seam_samples: 2,
-                    ..InspectOptions::default()
-                };
-                let found = inspect_rational(&built.surface, Some(formula), &options);
-                found.common.deviation.map_or(f64::INFINITY, |d| d.max_distance)
-            };
-            let distance = seconds.measure("distance", measure);
-            if distance > tolerance {
-                // The order is about 4 in the length of edges, that of flat triangles 2.
-                options.tolerance *= (tolerance / distance).sqrt().clamp(FINER[0], FINER[1]);
-                continue;
-            }
-        }
-        let notes = notes(&found, &built);
-        let Triangulated { mesh, .. } = found;
-        return Ok(FittedAlgebraic { surface: built.surface, mesh, set, bounds, notes, seconds });
+        _ => options,
+    };
+    let triangles = found.mesh.triangles.len();
+    if triangles == 0 {
+        return Err(AlgebraicError::Empty);
     }
+    let diagonal = Aabb::around(&found.mesh.positions).diagonal();
+    let flat = options.tolerance * bounds.diagonal();
+    let mut goal = match recipe.size {
+        Size::Automatic => AdaptGoal { distance: CLOSER * flat, triangles: MOST_TRIANGLES, flat },
+        Size::Faces(asked) if triangles > asked => {
+            return Err(AlgebraicError::Faces { asked, least: triangles });
+        }
+        Size::Faces(asked) => AdaptGoal { distance: 0.0, triangles: asked, flat },
+        Size::Tolerance(tolerance) => {
+            AdaptGoal { distance: SAFETY * tolerance * diagonal, triangles: MOST_TRIANGLES, flat }
+        }
+    };
+    progress("patches");
+    let target = FieldTarget::new(formula, bounds.diagonal());
+    let mut built = None;
+    for _ in 0..AIMS {
+        let made = seconds.measure("patches", || adapt(formula, &bounds, &mut found, &target, &goal))?;
+        let Size::Tolerance(tolerance) = recipe.size else {
+            built = Some(made);
+            break;
+        };
+        let distance = seconds.measure("distance", || distance(&made.surface, formula));
+        built = Some(made);
+        if distance <= tolerance {
+            break;
+        }
+        goal.distance *= SAFETY * tolerance / distance;
+    }
+    let Some(built) = built else { return Err(AlgebraicError::Empty) };
+    let notes = notes(&found, &built);
+    let Triangulated { mesh, .. } = found;
+    Ok(FittedAlgebraic { surface: built.surface, mesh, set, bounds, notes, seconds })
+}
+
+fn mesh_options(recipe: &AlgebraicRecipe) -> TriangulateOptions {
+    let options = recipe.mesh.clone();
+    match recipe.size {
+        Size::Automatic | Size::Faces(_) => options,
+        Size::Tolerance(tolerance) => {
+            TriangulateOptions { tolerance: options.tolerance.min(FLAT_SHARE * tolerance.sqrt()), ..options }
+        }
+    }
+}
+
+/// The largest distance that the inspection will find.
+fn distance(surface: &RationalSurface, formula: &Formula) -> f64 {
+    let options = InspectOptions { back_samples: 0, intersection_lattice: 0, ..InspectOptions::default() };
+    let found = inspect_rational(surface, Some(formula), &options);
+    found.common.deviation.map_or(f64::INFINITY, |d| d.max_distance)
 }
 
 /// Farthest move of the middle of a patch, in its longest edge.
 const MOST_MOVE: f64 = 0.05;
+
+/// Intervals of the lattice on which folds are looked for.
+const FOLD_LATTICE: usize = 12;
 
 /// Patches over the sheets of a mesh; with a target, wires and middles are brought onto it. Wires along the sides of the box lie in them.
 ///
@@ -137,7 +195,7 @@ const MOST_MOVE: f64 = 0.05;
 /// [`FrameError`] for a mesh that does not fit together.
 pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> Result<Built, FrameError> {
     let is_singular: Vec<bool> = mesh.vertices.iter().map(|kind| kind.is_singular()).collect();
-    let frame = Frame::over_sheets(
+    let mut frame = Frame::over_sheets(
         mesh.positions.clone(),
         mesh.triangles.clone(),
         &mesh.normals,
@@ -145,9 +203,17 @@ pub fn over_singular_mesh(mesh: &SingularMesh, target: Option<&dyn Target>) -> R
         &is_singular,
     );
     let planes = planes(mesh, &frame);
-    let mut built = build_with(&frame, &BuildOptions { planes: &planes, target })?;
+    let options = BuildOptions { planes: &planes, target };
+    relax_folds(&mut frame, &options, FOLD_LATTICE)?;
+    let mut built = build_with(&frame, &options)?;
     if let Some(target) = target {
         built.surface.fit_middles(target, MOST_MOVE);
+        let lattice = triangle::lattice(FOLD_LATTICE);
+        for patch in built.surface.patches() {
+            if is_folded_over(&built.surface, patch, &lattice) {
+                built.surface.set_middle(patch, Vec3::zeros());
+            }
+        }
     }
     Ok(built)
 }
@@ -202,14 +268,17 @@ fn notes(found: &Triangulated, built: &Built) -> Vec<Repair> {
             "what was found there is not as expected",
         ));
     }
-    let lost: BTreeSet<u32> =
+    let mut lost: BTreeSet<u32> =
         built.lost_normals.iter().map(|(f, c)| mesh.triangles[*f as usize][usize::from(*c)]).collect();
+    let corners = mesh.triangles.iter().zip(&built.surface.frame().normals);
+    let relaxed = corners.flat_map(|(t, normals)| t.iter().zip(normals)).filter(|(_, n)| n.is_none());
+    lost.extend(relaxed.map(|(v, _)| *v).filter(|v| !mesh.vertices[*v as usize].is_singular()));
     if let Some(v) = lost.first() {
         let p = mesh.positions[*v as usize];
         notes.push(note(
             format!("vertices where patches have no tangent plane: {}", lost.len()),
             format!("first ({:.6}, {:.6}, {:.6})", p.x, p.y, p.z),
-            "the planes of the sheets there have no line in common",
+            "the planes of the sheets there have no line in common, or the surface turns within less than a triangle",
         ));
     }
     notes

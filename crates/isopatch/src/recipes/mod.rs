@@ -17,6 +17,7 @@
 //!
 //! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
 
+pub mod adapt;
 pub mod algebraic;
 pub mod apatch;
 mod differentiable;
@@ -33,6 +34,7 @@ pub mod rational;
 mod refine;
 mod rounds;
 pub mod singular;
+pub mod singular_apatch;
 pub mod spline;
 mod triangulated;
 

@@ -16,7 +16,7 @@
 use super::apatch::{APatchError, APatchRecipe};
 use super::hybrid::{Fitted, HybridRecipe, TriangleElement, fit as fit_with};
 use super::paper_apatch;
-use crate::hybrid::hull::{DefaultRule, HybridOptions, Sheets};
+use crate::hybrid::hull::{DefaultRule, HybridOptions, Middles, Sheets};
 use crate::io::read::PolygonMesh;
 
 /// The paper's choice in every stage.
@@ -27,6 +27,7 @@ pub fn recipe() -> HybridRecipe {
         hull: HybridOptions {
             adaptive: false,
             rule: DefaultRule::Paper { linear: true },
+            middles: Middles::Mean,
             sheets: Sheets::Everywhere,
             fans: true,
             visibility: f64::NEG_INFINITY,

@@ -32,6 +32,8 @@ const LEAST_COSINE: f64 = 0.5;
 const LEAST_SHAPE: f64 = 0.08;
 /// Weight of the planes that hold borders and arcs in place, for that of a triangle of the same size.
 const HOLD: f64 = 10.0;
+/// Edges that are shorter than this share of the tolerance are too short to matter.
+const SHORT: f64 = 0.15;
 /// A pass that collapses fewer than one in this many vertices is the last.
 const WORTH_ANOTHER: usize = 100;
 
@@ -124,12 +126,17 @@ struct Worst {
 impl Worst {
     const LIMIT: Self = Self { shape: LEAST_SHAPE, cosine: LEAST_COSINE };
 
+    /// For edges that are too short to matter: half as good, and up to a right angle.
+    fn loosened(self) -> Self {
+        Self { shape: 0.5 * self.shape, cosine: self.cosine.min(0.0) }
+    }
+
     fn or(self, judge: &Judge<'_>, corners: [u32; 3]) -> Self {
         Self { shape: self.shape.min(judge.shape(corners)), cosine: self.cosine.min(judge.cosine(corners)) }
     }
 }
 
-struct State<'a> {
+pub(super) struct State<'a> {
     judge: Judge<'a>,
     positions: &'a [Point3],
     kinds: &'a [VertexKind],
@@ -143,7 +150,7 @@ struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    fn new(field: &'a dyn Field, mesh: &'a SingularMesh, limits: Limits) -> Self {
+    pub(super) fn new(field: &'a dyn Field, mesh: &'a SingularMesh, limits: Limits) -> Self {
         let count = mesh.positions.len();
         let mut around = vec![Vec::new(); count];
         for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -263,11 +270,11 @@ impl<'a> State<'a> {
         Candidate { cost, from, to, versions: [self.versions[f], self.versions[t]] }
     }
 
-    fn corners_around(&self, v: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+    pub(super) fn corners_around(&self, v: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.around[v as usize].iter().filter_map(|t| self.triangles[*t as usize])
     }
 
-    fn neighbours(&self, v: u32) -> BTreeSet<u32> {
+    pub(super) fn neighbours(&self, v: u32) -> BTreeSet<u32> {
         self.corners_around(v).flatten().filter(|w| *w != v).collect()
     }
 
@@ -280,7 +287,14 @@ impl<'a> State<'a> {
         count.into_iter().filter(|(_, n)| *n == 1).map(|(w, _)| w).collect()
     }
 
-    fn keeps_topology(&self, from: u32, to: u32) -> bool {
+    /// Vertices that both ends of an edge are joined to without a triangle between the three.
+    pub(super) fn beside(&self, a: u32, b: u32) -> Vec<u32> {
+        let around: BTreeSet<u32> = self.corners_around(a).filter(|c| c.contains(&b)).flatten().collect();
+        let (mine, theirs) = (self.neighbours(a), self.neighbours(b));
+        mine.intersection(&theirs).filter(|w| !around.contains(w)).copied().collect()
+    }
+
+    pub(super) fn keeps_topology(&self, from: u32, to: u32) -> bool {
         let (f, t) = (from as usize, to as usize);
         let border = self.border(from);
         match self.kinds[f] {
@@ -316,19 +330,27 @@ impl<'a> State<'a> {
     }
 
     fn stays_near(&self, from: u32, to: u32) -> bool {
-        let limits = self.corners_around(from).fold(Worst::LIMIT, |limits, c| limits.or(&self.judge, c));
+        let mut limits = self.corners_around(from).fold(Worst::LIMIT, |limits, c| limits.or(&self.judge, c));
+        let tolerance = self.judge.limits().tolerance;
+        let length = (self.positions[from as usize] - self.positions[to as usize]).norm();
+        // Triangles come farther from the surface by no more than a vertex moves. Without this, vertices would stay that are closer
+        // together than anything that the mesh shows.
+        let is_short = length <= SHORT * tolerance;
+        let enough = (1.0 - SHORT) * tolerance + if is_short { length } else { 0.0 };
+        if is_short {
+            limits = limits.loosened();
+        }
         let changed = self.corners_around(from).filter(|c| !c.contains(&to));
-        changed.map(|c| c.map(|v| if v == from { to } else { v })).all(|c| self.is_good(c, &limits))
-    }
-
-    fn is_good(&self, corners: [u32; 3], limits: &Worst) -> bool {
-        self.judge.shape(corners) >= limits.shape
-            && self.judge.cosine(corners) >= limits.cosine
-            && self.judge.is_near(corners)
+        let mut moved = changed.map(|c| c.map(|v| if v == from { to } else { v }));
+        moved.all(|c| {
+            self.judge.shape(c) >= limits.shape
+                && self.judge.cosine(c) >= limits.cosine
+                && self.judge.distance(c, enough) <= enough
+        })
     }
 
     /// Moves `from` into `to`; how many triangles vanish.
-    fn collapse(&mut self, from: u32, to: u32) -> usize {
+    pub(super) fn collapse(&mut self, from: u32, to: u32) -> usize {
         let (f, t) = (from as usize, to as usize);
         let mut vanished = 0;
         for n in std::mem::take(&mut self.around[f]) {
@@ -357,7 +379,7 @@ impl<'a> State<'a> {
     }
 
     /// The mesh that is left, without the vertices that nothing uses.
-    fn finish(&self, mesh: &SingularMesh) -> SingularMesh {
+    pub(super) fn finish(&self, mesh: &SingularMesh) -> SingularMesh {
         let mut number = vec![None; self.positions.len()];
         self.triangles.iter().flatten().flatten().for_each(|v| number[*v as usize] = Some(0u32));
         let kept: Vec<usize> = (0..number.len()).filter(|v| number[*v].is_some()).collect();

@@ -64,24 +64,34 @@ fn divide(field: &dyn Field, mesh: &mut SingularMesh) -> bool {
         let smooth = ends.filter(|e| edges[e].len() == 2 && mesh.tag(*e, 2) == EdgeTag::Smooth);
         let length =
             |e: &[u32; 2]| (mesh.positions[e[0] as usize] - mesh.positions[e[1] as usize]).norm_squared();
-        let Some([a, b]) = smooth.max_by(|x, y| length(x).total_cmp(&length(y))) else { continue };
-        let middle = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
-        let Some(at) = onto_surface(field, middle).filter(|p| (p - middle).norm_squared() < length(&[a, b]))
-        else {
-            continue;
-        };
-        let m = mesh.positions.len() as u32;
-        mesh.positions.push(at);
-        mesh.vertices.push(VertexKind::Regular);
-        mesh.sides.push(BoxSides::NONE);
-        for n in &edges[&[a, b]] {
-            let old = mesh.triangles[*n as usize];
-            mesh.triangles[*n as usize] = old.map(|v| if v == a { m } else { v });
-            mesh.triangles.push(old.map(|v| if v == b { m } else { v }));
-        }
-        divided = true;
+        let Some(longest) = smooth.max_by(|x, y| length(x).total_cmp(&length(y))) else { continue };
+        divided |= divide_edge(field, mesh, longest);
     }
     divided
+}
+
+/// Divides a smooth edge, by its ends with the smaller number first, at a point of the surface near its middle; is there one?
+pub(super) fn divide_edge(field: &dyn Field, mesh: &mut SingularMesh, [a, b]: [u32; 2]) -> bool {
+    let around: Vec<usize> = (0..mesh.triangles.len())
+        .filter(|t| mesh.triangles[*t].contains(&a) && mesh.triangles[*t].contains(&b))
+        .collect();
+    if around.len() != 2 || mesh.tag([a, b], 2) != EdgeTag::Smooth {
+        return false;
+    }
+    let [p, q] = [a, b].map(|v| mesh.positions[v as usize]);
+    let middle = 0.5 * (p + q);
+    let near = onto_surface(field, middle).filter(|at| (at - middle).norm_squared() < (p - q).norm_squared());
+    let Some(at) = near else { return false };
+    let m = mesh.positions.len() as u32;
+    mesh.positions.push(at);
+    mesh.vertices.push(VertexKind::Regular);
+    mesh.sides.push(BoxSides::NONE);
+    for t in around {
+        let old = mesh.triangles[t];
+        mesh.triangles[t] = old.map(|v| if v == a { m } else { v });
+        mesh.triangles.push(old.map(|v| if v == b { m } else { v }));
+    }
+    true
 }
 
 /// Puts a vertex where the triangles around it are best; did that help?

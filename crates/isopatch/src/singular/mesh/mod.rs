@@ -18,12 +18,15 @@ mod partition;
 mod plane_curve;
 mod project;
 mod quality;
+mod ridge;
 mod roots;
 mod sheets;
 mod singular_mesh;
+mod split;
 mod triangulate;
 
 pub use expanded::triangulate_by_expansion;
 pub use sheets::{Sheet, sheets};
 pub use singular_mesh::{EdgeTag, FeatureEdge, LowerPart, SingularMesh, VertexKind};
+pub use split::{SplitLimits, split_edges};
 pub use triangulate::{MAX_DEGREE, TriangulateError, TriangulateOptions, Triangulated, triangulate};

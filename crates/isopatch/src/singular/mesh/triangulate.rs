@@ -9,6 +9,7 @@ use super::grid::{Cell, SPAN};
 use super::mend::turned;
 use super::normals::set_normals;
 use super::partition::{Center, Content, Fineness, Partition, Skeleton};
+use super::ridge::onto_ridges;
 use super::roots::Isolator;
 use super::singular_mesh::{LowerPart, SingularMesh, VertexKind};
 use crate::base::{BoxSide, BoxSides};
@@ -161,7 +162,11 @@ fn thinned_out(field: &dyn Field, raw: &SingularMesh, limits: Limits) -> Singula
     let mut best: Option<(usize, SingularMesh)> = None;
     for share in SHARES {
         let mut mesh = raw.clone();
-        decimate(field, &mut mesh, Limits { tolerance: share * limits.tolerance, ..limits });
+        let limits = Limits { tolerance: share * limits.tolerance, ..limits };
+        decimate(field, &mut mesh, limits);
+        if onto_ridges(field, &mut mesh, limits) > 0 {
+            decimate(field, &mut mesh, limits);
+        }
         let turned = turned(field, &mesh).len();
         if best.as_ref().is_none_or(|(fewest, _)| turned < *fewest) {
             best = Some((turned, mesh));
