@@ -115,7 +115,7 @@ pub struct FitOptions {
     #[arg(long, value_name = "HOW")]
     pub triangulate: Option<Triangulation>,
 
-    /// How a formula becomes a spline: default, or paper (Tong & Kim 2009 as printed, to compare with: one pass, no rounds)
+    /// How a surface is made: default, or paper (as the method's paper has it, to compare with; what that breaks is reported)
     /// [default: default]
     #[arg(long, value_name = "RECIPE", conflicts_with_all = ["tol", "base", "base_method", "effort"])]
     pub recipe: Option<Recipe>,
@@ -216,7 +216,7 @@ pub enum MeshMethod {
     Qem,
 }
 
-/// How a formula becomes a spline.
+/// How a surface is made by its method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Recipe {
     /// With rounds, as it is best

@@ -154,8 +154,9 @@ fn triangles(surface: &dyn Surface, APatchResolution { along, across }: APatchRe
     surface.patches().map(of_patch).sum()
 }
 
-/// Triangles of a picture, about: one for each pixel or two that show the surface.
-const MOST_FOR_PICTURE: usize = 350_000;
+/// Triangles of a picture, about: one for each two or three pixels that show the surface. Normals are blended between their corners, so
+/// that more would change nothing that is seen.
+const MOST_FOR_PICTURE: usize = 200_000;
 /// Most intervals along an edge of a patch in a picture, of which few patches are large.
 const FINEST_FOR_PICTURE: usize = 64;
 

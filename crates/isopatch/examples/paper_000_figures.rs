@@ -1,10 +1,10 @@
-//! Makes the surfaces in the figures of Xu, Huang & Bajaj 2001 as meshes, and a table of their numbers.
+//! Makes the surfaces in the figures of Xu, Huang & Bajaj 2001 as meshes and pictures, and a table of their numbers.
 //!
-//! `cargo run --release --example paper_000_figures -- OUT [MESHES]` writes PLY files and `table.txt` into the folder OUT. The
+//! `cargo run --release --example paper_000_figures -- OUT [MESHES]` writes PLY and PNG files and `table.txt` into the folder OUT. The
 //! heads (Figs. 14 and 15) and the teapot (Figs. 16 and 17) are made from `cgal_head.off` and `npm_teapot.off` in the folder
 //! MESHES, and left out without it. Figs. 1, 4, 5, 8, 11 and 12 show no surface.
 //!
-//! Each file has the patch of every triangle; patches over faces come first. Figs. 14 and 17 show the two kinds apart and are two
+//! Each PLY file has the patch of every triangle; patches over faces come first. Figs. 14 and 17 show the two kinds apart and are two
 //! files each.
 
 use isopatch::apatch::{self, APatchFunction, APatchOptions, APatchSurface, Free, FreeRule, Layer2Rule};
@@ -13,10 +13,12 @@ use isopatch::geom::{Point3, Vec3};
 use isopatch::hull::{self, ApexRule, Class, HermiteMesh, HullOptions, Margin, Side};
 use isopatch::inspect::{APatchInspectOptions, inspect_a_patches};
 use isopatch::io::ply::write_ply;
+use isopatch::io::png::write_png;
 use isopatch::io::read::read_mesh;
 use isopatch::mesh::{EdgeId, FaceId, HalfEdgeMesh};
 use isopatch::recipes::apatch::{APatchRecipe, fit};
-use isopatch::surface::Surface;
+use isopatch::render::{Color, Paint, RenderOptions, Scene, Style, Subject, Up, View, draw, scene};
+use isopatch::surface::{PatchId, Surface};
 use isopatch::tessellate::{APatchResolution, Tessellation, tessellate_a_patches};
 use std::error::Error;
 use std::fmt::Write as _;
@@ -40,15 +42,25 @@ const BOUND_LATTICE: usize = 40;
 const NEAR: f64 = 1e-9;
 const FINE: APatchResolution = APatchResolution { along: 40, across: 20 };
 const COARSE: APatchResolution = APatchResolution { along: 8, across: 3 };
+/// Width and height of the pictures.
+const SIZE: [usize; 2] = [360, 270];
+/// One colour behind them, which takes fewer bytes than two.
+const BACKGROUND: u32 = 0xf4f6f8;
+/// From where the joins of two faces are seen: along their common edge, and from above.
+const ALONG_EDGE: View = View { azimuth: -25.0, elevation: 22.0 };
+/// Colours of the surfaces of Fig. 2, and of patches over faces and over edges in Figs. 14 and 17.
+const SHADES: [u32; 6] = [0x264e86, 0x3f7cac, 0x74a9cf, 0xa6bddb, 0xe0a458, 0xc0622b];
+const FACES_AND_EDGES: [u32; 2] = [0xa9c1dc, 0xd9874a];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args_os().skip(1);
     let folder = PathBuf::from(arguments.next().ok_or("usage: paper_000_figures OUT [MESHES]")?);
     fs::create_dir_all(&folder)?;
-    let mut figures = Figures { folder, table: String::new() };
+    let mut figures = Figures { folder, up: Up::Z, table: String::new() };
     figures.section_6()?;
     figures.sphere()?;
     if let Some(meshes) = arguments.next().map(PathBuf::from) {
+        figures.up = Up::Y;
         figures.mesh("fig14_15_head", &meshes.join("cgal_head.off"))?;
         figures.mesh("fig16_17_teapot", &meshes.join("npm_teapot.off"))?;
     }
@@ -57,9 +69,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Where the figures go, and what is said about them.
+/// Where the figures go, which axis points up in pictures, and what is said about them.
 struct Figures {
     folder: PathBuf,
+    up: Up,
     table: String,
 }
 
@@ -91,12 +104,24 @@ impl Figures {
         for (name, vertices, normals) in joins {
             self.figure(name, paper(two_faces(vertices, normals)?, Free::Default))?;
         }
+        let mut family = Vec::new();
         for b in FAMILY {
-            self.figure(&format!("fig2_b={b}"), paper(two_faces(VERTICES, CONVEX)?, Free::Global(b)))?;
+            let function = paper(two_faces(VERTICES, CONVEX)?, Free::Global(b));
+            family.push(tessellate_a_patches(&APatchSurface::new(function.clone()), FINE)?);
+            self.numbers(&format!("fig2_b={b}"), function)?;
         }
+        let family = stacked(&family);
+        self.picture("fig2_family", &Scene::new(&family, shades(&SHADES)), Some(ALONG_EDGE))?;
         let near = paper(two_faces(VERTICES, NONCONVEX)?, Free::Default);
         let bounds = lower_bounds(&near).into_iter().map(|sides| sides.map(|b| b + NEAR)).collect();
-        self.figure("fig3_near_bound", near.with_free(&Free::PerFace(bounds)))
+        let near = near.with_free(&Free::PerFace(bounds));
+        let mesh = tessellate_a_patches(&APatchSurface::new(near.clone()), FINE)?;
+        self.picture(
+            "fig3_near_bound",
+            &scene(&mesh, &Subject::default(), Style::Shaded)?,
+            Some(ALONG_EDGE),
+        )?;
+        self.numbers("fig3_near_bound", near)
     }
 
     /// The icosahedron of Fig. 12 gives the sphere of Fig. 13 with the neighbour rule, and something else with step 8.
@@ -110,6 +135,14 @@ impl Figures {
             let mesh = tessellate_a_patches(&surface, FINE)?;
             let worst = mesh.positions.iter().map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max);
             self.write(name, &mesh)?;
+            self.picture(name, &scene(&mesh, &Subject::default(), Style::Isophotes)?, None)?;
+            if rule == FreeRule::Neighbour {
+                self.picture(
+                    "fig12_icosahedron",
+                    &scene(&flat(&surface), &Subject::default(), Style::Mesh)?,
+                    None,
+                )?;
+            }
             self.describe(name, &surface);
             writeln!(self.table, "  largest distance from the unit sphere {worst:.2e}")?;
         }
@@ -125,7 +158,18 @@ impl Figures {
         self.write(&format!("{name}_face_patches"), &part(&mesh, |patch| patch < faces))?;
         self.write(&format!("{name}_edge_patches"), &part(&mesh, |patch| patch >= faces))?;
         self.write(name, &mesh)?;
-        self.write(&format!("{name}_input"), &flat(surface))?;
+        let input = flat(surface);
+        self.write(&format!("{name}_input"), &input)?;
+        let mut edges = scene(&input, &Subject::default(), Style::Mesh)?;
+        // Open meshes may face either way.
+        let grey = Color::srgb(FACES_AND_EDGES[0]);
+        edges.paint = Paint::Plain { outside: grey, inside: grey };
+        self.picture(&format!("{name}_input"), &edges, None)?;
+        let smooth = Scene::new(&mesh, edges.paint.clone());
+        self.picture(&format!("{name}_surface"), &smooth, None)?;
+        let mut apart = mesh.clone();
+        apart.patches.iter_mut().for_each(|p| *p = PatchId(u32::from(p.index() >= faces)));
+        self.picture(&format!("{name}_patches"), &Scene::new(&apart, shades(&FACES_AND_EDGES)), None)?;
         self.describe(name, surface);
         for repair in &fitted.repairs {
             writeln!(self.table, "  {} ({})", repair.what, repair.why)?;
@@ -133,7 +177,17 @@ impl Figures {
         Ok(())
     }
 
+    /// Hull and surface of two faces, and their numbers.
     fn figure(&mut self, name: &str, function: APatchFunction) -> Result<(), Box<dyn Error>> {
+        let surface = APatchSurface::new(function.clone());
+        let mesh = tessellate_a_patches(&surface, FINE)?;
+        let subject = Subject { hull: Some(function.hull()), ..Subject::default() };
+        self.picture(&format!("{name}_hull"), &scene(&mesh, &subject, Style::Hull)?, Some(ALONG_EDGE))?;
+        self.picture(&format!("{name}_patches"), &scene(&mesh, &subject, Style::Patches)?, Some(ALONG_EDGE))?;
+        self.numbers(name, function)
+    }
+
+    fn numbers(&mut self, name: &str, function: APatchFunction) -> Result<(), Box<dyn Error>> {
         let surface = APatchSurface::new(function);
         self.write(name, &tessellate_a_patches(&surface, FINE)?)?;
         self.describe(name, &surface);
@@ -155,6 +209,14 @@ impl Figures {
     fn write(&self, name: &str, mesh: &Tessellation) -> Result<(), Box<dyn Error>> {
         let mut out = BufWriter::new(File::create(self.folder.join(format!("{name}.ply")))?);
         write_ply(mesh, &mut out)?;
+        Ok(())
+    }
+
+    fn picture(&self, name: &str, scene: &Scene<'_>, view: Option<View>) -> Result<(), Box<dyn Error>> {
+        let background = [Color::srgb(BACKGROUND); 2];
+        let options = RenderOptions { size: SIZE, view, up: self.up, background };
+        let image = draw(scene, &options)?;
+        write_png(&image, &mut BufWriter::new(File::create(self.folder.join(format!("{name}.png")))?))?;
         Ok(())
     }
 
@@ -246,6 +308,30 @@ fn icosahedron() -> Result<HermiteMesh, Box<dyn Error>> {
     Ok(HermiteMesh::new(HalfEdgeMesh::from_faces(12, &faces)?, points.clone(), &points)?)
 }
 
+/// A colour for each patch.
+fn shades(colors: &[u32]) -> Paint {
+    Paint::Patches(colors.iter().map(|c| Color::srgb(*c)).collect())
+}
+
+/// Several meshes as one, each as one patch.
+fn stacked(meshes: &[Tessellation]) -> Tessellation {
+    let mut all = Tessellation {
+        positions: Vec::new(),
+        normals: Vec::new(),
+        triangles: Vec::new(),
+        corner_normals: Vec::new(),
+        patches: Vec::new(),
+    };
+    for (number, mesh) in (0..).zip(meshes) {
+        let first = all.positions.len() as u32;
+        all.positions.extend(&mesh.positions);
+        all.normals.extend(&mesh.normals);
+        all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
+        all.patches.extend(vec![PatchId(number); mesh.triangles.len()]);
+    }
+    all
+}
+
 /// The triangles of some patches.
 fn part(mesh: &Tessellation, keep: impl Fn(usize) -> bool) -> Tessellation {
     let mut part = mesh.with_split_creases().into_owned();
@@ -256,15 +342,16 @@ fn part(mesh: &Tessellation, keep: impl Fn(usize) -> bool) -> Tessellation {
     part
 }
 
-/// The triangles of the mesh itself, as the recipe has prepared them, with a number for each.
+/// The triangles of the mesh itself, as the recipe has prepared them, each with its own normal and a number.
 fn flat(surface: &APatchSurface) -> Tessellation {
     let data = surface.function().hull().data();
-    let normal = |v| data.mesh().ring(v).next().map_or_else(Vec3::z, |h| data.gradient(h).normalize());
+    let corners: Vec<[Point3; 3]> = data.mesh().faces().map(|f| data.corners(f)).collect();
+    let normal = |[a, b, c]: &[Point3; 3]| (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vec3::z);
     Tessellation {
-        positions: data.positions().to_vec(),
-        normals: data.mesh().vertices().map(normal).collect(),
-        triangles: data.mesh().faces().map(|f| data.mesh().triangle(f).map(|v| v.0)).collect(),
+        positions: corners.iter().flatten().copied().collect(),
+        normals: corners.iter().flat_map(|t| [normal(t); 3]).collect(),
+        triangles: (0..corners.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         corner_normals: Vec::new(),
-        patches: surface.patches().take(data.mesh().face_count()).collect(),
+        patches: surface.patches().take(corners.len()).collect(),
     }
 }

@@ -1,7 +1,7 @@
 //! `isopatch fit` of a formula: rational patches, which may have singularities.
 
 use super::{describe_rational, finish, formula};
-use crate::arguments::FitOptions;
+use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::making;
@@ -9,6 +9,7 @@ use crate::progress::Progress;
 use isopatch::inspect::{InspectOptions, inspect_rational};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::recipes::algebraic::{self, AlgebraicRecipe, FittedAlgebraic};
+use isopatch::recipes::paper_rational;
 use isopatch::report::{BaseReport, RationalReport, Report};
 
 /// Makes the surface of `input`, which was typed as `text`.
@@ -23,7 +24,11 @@ pub fn run(text: &str, input: &Input, options: &FitOptions) -> Result<(), Failur
         size: formula::size(input, options),
         ..AlgebraicRecipe::default()
     };
-    let fitted = algebraic::fit(&field, &recipe, &|stage| progress.stage(stage))?;
+    let tell = |stage: &str| progress.stage(stage);
+    let fitted = match options.recipe {
+        Some(Recipe::Paper) => paper_rational::fit_formula(&field, &recipe, &tell)?,
+        Some(Recipe::Default) | None => algebraic::fit(&field, &recipe, &tell)?,
+    };
     progress.stage("inspection");
     let FittedAlgebraic { surface, set, bounds, notes, mut seconds, .. } = fitted;
     let inspect = InspectOptions { region: Some(bounds), ..InspectOptions::default() };

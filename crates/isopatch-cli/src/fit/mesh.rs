@@ -1,7 +1,7 @@
 //! `isopatch fit` of a mesh: rational A-patches, over triangles or over polygons.
 
 use super::{finish, free, style};
-use crate::arguments::{FitOptions, FreeValues};
+use crate::arguments::{FitOptions, FreeValues, Recipe};
 use crate::failure::Failure;
 use crate::making;
 use crate::outputs;
@@ -13,6 +13,7 @@ use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::read_mesh;
 use isopatch::recipes::apatch::{APatchRecipe, FittedMesh};
 use isopatch::recipes::hybrid::{self, Fitted, FittedPolygons, HybridRecipe};
+use isopatch::recipes::paper_hybrid;
 use isopatch::report::{self, BaseReport, Report, SCHEMA, Seconds, SurfaceReport};
 use isopatch::surface::{Continuity, Seam, Surface};
 use std::path::Path;
@@ -26,8 +27,12 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     let mesh = seconds
         .measure("read", || read_mesh(path))
         .map_err(|source| Failure::InputMesh { path: path.to_owned(), source })?;
-    let fitted = hybrid::fit(&mesh, &recipe, &|stage| progress.stage(stage))
-        .map_err(|source| Failure::APatch { path: path.to_owned(), source })?;
+    let tell = |stage: &str| progress.stage(stage);
+    let fitted = match options.recipe {
+        Some(Recipe::Paper) => paper_hybrid::fit(&mesh, &recipe, &tell),
+        Some(Recipe::Default) | None => hybrid::fit(&mesh, &recipe, &tell),
+    };
+    let fitted = fitted.map_err(|source| Failure::APatch { path: path.to_owned(), source })?;
     drop(mesh);
     let Made { surface, figures, repairs, diagonal, seconds: stages } = Made::from(fitted);
     seconds.append(&stages);

@@ -16,7 +16,8 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
-        refuse(&of_splines(options), "for splines, not for A-patches")?;
+        refuse(&of_bases(options), "for splines, not for A-patches")?;
+        refuse(&[of_recipes(options)], "for splines and rational patches, not for A-patches")?;
         refuse(&[("--triangulate", options.triangulate.is_some())], "for flat triangles, not for A-patches")?;
         if let Some(file) = options.output.iter().find(|file| file.format == Format::Step) {
             return Err(Failure::Unfit(format!(
@@ -32,10 +33,11 @@ fn check_formula(options: &FitOptions) -> Result<(), Failure> {
                 "--triangulate makes flat triangles, --method spline a spline".into(),
             ));
         }
-        refuse(&of_splines(options), "for a spline, not for --triangulate")?;
+        refuse(&of_bases(options), "for a spline, not for --triangulate")?;
+        refuse(&[of_recipes(options)], "for patches, not for --triangulate")?;
     }
     if options.method == Some(Method::Rational) {
-        refuse(&of_splines(options), "for splines, not for rational patches")?;
+        refuse(&of_bases(options), "for splines, not for rational patches")?;
         outputs::check_rational(options.cells)?;
     }
     refuse(&of_meshes(options), "for meshes, not for a formula")
@@ -59,6 +61,10 @@ fn check_mesh(options: &FitOptions) -> Result<(), Failure> {
         }
         (Method::Auto | Method::Spline, _) => {
             refuse(&of_formulas(options), "for formulas, not for a mesh")?;
+            refuse(
+                &[of_recipes(options)],
+                "for A-patches and rational patches; over a mesh, no paper makes a spline",
+            )?;
             refuse(&of_a_patches(options), "for A-patches; a STEP file and --method spline take a spline")
         }
     }
@@ -98,13 +104,16 @@ fn of_meshes(options: &FitOptions) -> [Given; 6] {
 }
 
 /// The options that only a spline of a formula takes.
-fn of_splines(options: &FitOptions) -> [Given; 4] {
+fn of_bases(options: &FitOptions) -> [Given; 3] {
     [
         ("--effort", options.effort.is_some()),
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
-        ("--recipe", options.recipe.is_some()),
     ]
+}
+
+fn of_recipes(options: &FitOptions) -> Given {
+    ("--recipe", options.recipe.is_some())
 }
 
 /// The options that only A-patches take.
@@ -125,7 +134,7 @@ fn only_of_a_patches(options: &FitOptions) -> [Given; 4] {
 }
 
 /// The options that only a formula takes.
-fn of_formulas(options: &FitOptions) -> [Given; 10] {
+fn of_formulas(options: &FitOptions) -> [Given; 9] {
     [
         ("--box", options.bounds.is_some()),
         ("--level", options.level.is_some()),
@@ -136,7 +145,6 @@ fn of_formulas(options: &FitOptions) -> [Given; 10] {
         ("--base", options.base.is_some()),
         ("--base-method", options.base_method.is_some()),
         ("--triangulate", options.triangulate.is_some()),
-        ("--recipe", options.recipe.is_some()),
     ]
 }
 

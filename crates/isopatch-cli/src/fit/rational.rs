@@ -1,7 +1,7 @@
 //! `isopatch fit` of a mesh: rational patches through its vertices.
 
 use super::{finish, weakest};
-use crate::arguments::FitOptions;
+use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::making;
 use crate::progress::Progress;
@@ -9,6 +9,7 @@ use isopatch::inspect::{InspectOptions, RationalInspection, inspect_rational};
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::read_mesh;
 use isopatch::rational::RationalSurface;
+use isopatch::recipes::paper_rational;
 use isopatch::recipes::rational::{self, FittedRational, RationalRecipe};
 use isopatch::report::{self, BaseReport, RationalReport, Report, SCHEMA, Seconds, SurfaceReport};
 use std::path::Path;
@@ -26,8 +27,12 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
         crease_angle: options.crease_angle.map(f64::to_radians),
         ..RationalRecipe::default()
     };
-    let fitted = rational::fit(&mesh, &recipe, &|stage| progress.stage(stage))
-        .map_err(|source| Failure::Rational { path: path.to_owned(), source })?;
+    let tell = |stage: &str| progress.stage(stage);
+    let fitted = match options.recipe {
+        Some(Recipe::Paper) => paper_rational::fit(&mesh, &recipe, &tell),
+        Some(Recipe::Default) | None => rational::fit(&mesh, &recipe, &tell),
+    };
+    let fitted = fitted.map_err(|source| Failure::Rational { path: path.to_owned(), source })?;
     drop(mesh);
     seconds.append(&fitted.seconds);
 

@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod files;
+mod guide;
 mod interrupt;
 mod listing;
 mod meshes;

@@ -126,7 +126,10 @@ impl Frame {
     }
 
     /// Is everything there, and does it fit together?
-    pub(super) fn check(&self) -> Result<(), FrameError> {
+    ///
+    /// # Errors
+    /// The first thing that does not.
+    pub fn check(&self) -> Result<(), FrameError> {
         let wanted = self.faces.len();
         if self.normals.len() != wanted {
             return Err(FrameError::Count { given: self.normals.len(), wanted });

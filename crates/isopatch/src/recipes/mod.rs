@@ -3,7 +3,8 @@
 //! [`spline`] is Tong & Kim 2009, section 3.4, in rounds: a surface is made and checked, every patch has its error, and
 //! the base mesh is remade with edge lengths that follow from these errors. The rounds are ours; PAPERS.md says why.
 //!
-//! [`paper_spline`] is the same paper to the letter, for comparison: what the printed choices do and break.
+//! [`paper_spline`] is the same paper to the letter, for comparison: what the printed choices do and break. [`paper_apatch`],
+//! [`paper_hybrid`] and [`paper_rational`] are that for the other three papers.
 //!
 //! [`apatch`] is Xu, Huang & Bajaj 2001: a mesh in, a surface through its vertices out.
 //! [`hybrid`] is Xu, Bajaj & Evans: the same for a mesh of polygons, which stay as they are.
@@ -24,6 +25,9 @@ mod finish;
 pub mod hybrid;
 mod least;
 pub mod mesh_spline;
+pub mod paper_apatch;
+pub mod paper_hybrid;
+pub mod paper_rational;
 pub mod paper_spline;
 mod patchwork;
 pub mod rational;

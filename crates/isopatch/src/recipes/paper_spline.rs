@@ -20,7 +20,17 @@ use crate::geom::Aabb;
 use crate::inspect::{InspectOptions, deviation};
 use crate::network::{CurveOptions, CurveSolver, fit_quartics};
 use crate::report::Seconds;
-use crate::spline::{self, SampledFrom, SplineOptions};
+use crate::spline::{Construction, SampledFrom, ShapeParameters};
+
+/// Algorithm 5.1, with nothing after it.
+pub fn curve_options() -> CurveOptions {
+    CurveOptions {
+        solver: CurveSolver::Sqp,
+        normal_distance_steps: 0,
+        largest_turn: 0.0,
+        ..CurveOptions::default()
+    }
+}
 
 /// The spline of `faces` patches over the zero set of a formula, in a box or wherever it is; `progress` is told the name
 /// of each stage as it starts.
@@ -40,28 +50,29 @@ pub fn fit(
     let formula = if negated { formula.negated() } else { formula.clone() };
     // (i)
     let options = BaseOptions { faces, method: BaseMethod::Decimate, ..BaseOptions::default() };
-    let made = seconds.measure("base mesh", || base::build(&formula, &bounds, &options))?;
+    let seed = seconds
+        .measure("polygonization", || base::seed_mesh(&formula, &bounds, options.faces, &options.seed))?;
+    let made = seconds.measure("decimation", || base::base_from_seed(&formula, &seed, &options))?;
     let target = FieldTarget::new(&formula, made.base.diagonal());
 
     // (ii)
     progress("curves");
-    let options = CurveOptions {
-        solver: CurveSolver::Sqp,
-        normal_distance_steps: 0,
-        largest_turn: 0.0,
-        ..CurveOptions::default()
-    };
+    let options = curve_options();
     let curves = seconds.measure("curves", || fit_quartics(&made.base, &target, &options))?;
 
-    // (iii) to (v)
+    // (iii)
     progress("patches");
-    let patches = SplineOptions {
-        samples: SampledFrom::Flat,
-        normal_distance_steps: 0,
-        relaxation_steps: 0,
-        ..SplineOptions::default()
-    };
-    let surface = seconds.measure("patches", || spline::build(made.base, &curves, &target, &patches))?;
+    let g0 = || Construction::new(made.base, &curves, &target, SampledFrom::Flat);
+    let mut work = seconds.measure("G0 patches", g0);
+
+    // (iv)
+    let shape = ShapeParameters::default();
+    seconds.measure("vertex systems", || work.solve_vertices(&shape))?;
+    seconds.measure("edge systems", || work.solve_edges(&shape, &[]))?;
+
+    // (v)
+    seconds.measure("inner points", || work.refit_free_points());
+    let surface = work.finish();
 
     let lattice = InspectOptions::default().lattice;
     let measured = deviation(&surface, &formula, surface.base.diagonal(), lattice);

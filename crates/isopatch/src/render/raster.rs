@@ -129,14 +129,28 @@ pub(super) struct Stroke {
 
 impl Stroke {
     /// Nearness of the stroke at a point of the picture; none beside it.
-    fn near_at(&self, [x, y]: [f64; 2]) -> Option<f64> {
+    fn near_at(&self, at: [f64; 2]) -> Option<f64> {
+        let [a, b] = self.ends;
+        let (t, square) = self.foot(at);
+        (square <= self.radius * self.radius).then_some(a.near + t * (b.near - a.near))
+    }
+
+    /// Where on the stroke the point is nearest, from 0 to 1, and the square of its distance.
+    fn foot(&self, [x, y]: [f64; 2]) -> (f64, f64) {
         let [a, b] = self.ends;
         let (dx, dy) = (b.x - a.x, b.y - a.y);
         let (px, py) = (x - a.x, y - a.y);
         let length = dx * dx + dy * dy;
         let t = if length > 0.0 { ((px * dx + py * dy) / length).clamp(0.0, 1.0) } else { 0.0 };
         let (ex, ey) = (px - t * dx, py - t * dy);
-        (ex * ex + ey * ey <= self.radius * self.radius).then_some(a.near + t * (b.near - a.near))
+        (t, ex * ex + ey * ey)
+    }
+
+    /// Is the stroke beside the whole pixel?
+    fn misses(&self, [x, y]: [usize; 2]) -> bool {
+        // All samples of a pixel are nearer to its centre than its corners are.
+        const TO_CORNER: f64 = std::f64::consts::FRAC_1_SQRT_2;
+        self.foot([x as f64 + 0.5, y as f64 + 0.5]).1 > (self.radius + TO_CORNER).powi(2)
     }
 
     fn bounds(&self) -> [[f64; 2]; 2] {
@@ -308,7 +322,7 @@ impl Samples {
         let span = self.span.clipped(min, max);
         let lift = LIFT + LIFT_OF_NEXT * f64::from(stroke.set);
         for y in span.min[1]..span.max[1] {
-            for x in span.min[0]..span.max[0] {
+            for x in (span.min[0]..span.max[0]).filter(|x| !stroke.misses([*x, y])) {
                 let first = self.first(x, y);
                 for s in 0..SAMPLES {
                     if let Some(near) = stroke.near_at(sample_at(x, y, s)) {

@@ -3,6 +3,7 @@
 use super::edge::{EdgeSolution, EdgeSystem};
 use super::fit;
 use super::relaxation::relax;
+use super::shape::{ShapeError, ShapeParameters};
 use super::surface::{DEGREE, NET, TriangularSpline};
 use super::vertex::{self, EndWeights, RingCurve, VertexSystem};
 use crate::base::BaseMesh;
@@ -131,7 +132,22 @@ pub fn build(
     target: &dyn Target,
     options: &SplineOptions,
 ) -> Result<TriangularSpline, SplineError> {
-    rebuild(base, curves, target, options, &[])
+    assemble(base, curves, target, options, &[], &ShapeParameters::default())
+}
+
+/// As [`build`], with values of the caller for what the G1 conditions leave free.
+///
+/// # Errors
+/// Also if values for μ1 can't be had together, which names the vertex, or if a value is not a number.
+pub fn build_shaped(
+    base: BaseMesh,
+    curves: &[QuarticCurve],
+    target: &dyn Target,
+    options: &SplineOptions,
+    shape: &ShapeParameters,
+) -> Result<TriangularSpline, ShapeError> {
+    shape.check(&base.mesh)?;
+    Ok(assemble(base, curves, target, options, &[], shape)?)
 }
 
 /// As [`build`], but an edge inside for which `kept` has inner rows gets these, and they do not relax: those of an earlier
@@ -143,20 +159,121 @@ pub fn rebuild(
     options: &SplineOptions,
     kept: &[Option<EdgeSolution>],
 ) -> Result<TriangularSpline, SplineError> {
-    let curves: Vec<[Point3; 5]> = curves.iter().map(|c| c.q).collect();
-    let mut nets = nets_with_boundary(&base.mesh, &curves);
-    let footprints = fit::fill_and_fit(&mut nets, target, options.samples);
-    let weights = end_weights(&base, &curves);
-    let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
-    solve_edges(&base.mesh, &curves, &weights, &mu1, kept, &mut nets)?;
-    let fixed: Vec<bool> = base.mesh.edges().map(|e| rows_of(kept, e).is_some()).collect();
-    fit::refit_free_points(&mut nets, &footprints);
-    drop(footprints);
-    fit::reduce_normal_distance(&mut nets, target, options.normal_distance_steps, options.tangential_weight);
-    for _ in 0..options.relaxation_steps {
-        relax(&base.mesh, &edge_lambdas(&weights), &fixed, &mut nets, target, options.relaxation_weight);
+    assemble(base, curves, target, options, kept, &ShapeParameters::default())
+}
+
+fn assemble(
+    base: BaseMesh,
+    curves: &[QuarticCurve],
+    target: &dyn Target,
+    options: &SplineOptions,
+    kept: &[Option<EdgeSolution>],
+    shape: &ShapeParameters,
+) -> Result<TriangularSpline, SplineError> {
+    let mut made = Construction::new(base, curves, target, options.samples);
+    made.solve_vertices(shape)?;
+    made.solve_edges(shape, kept)?;
+    made.refit_free_points();
+    made.relax(options, kept);
+    made.move_inner_points(shape);
+    Ok(made.finish())
+}
+
+/// A spline in the making: each of section 6's steps once, in this order.
+///
+/// ```text
+/// new ──► solve_vertices ──► solve_edges ──► refit_free_points ──► relax ──► finish
+/// G0      6.3, (14)–(19)     6.4, (20)–(25)   6.5                   ours
+/// ```
+pub struct Construction<'a> {
+    base: BaseMesh,
+    curves: Vec<[Point3; 5]>,
+    target: &'a dyn Target,
+    nets: Vec<[Point3; NET]>,
+    footprints: Vec<fit::Footprints>,
+    weights: Vec<EndWeights>,
+    /// μ1 of every dart, once the vertex systems are solved.
+    mu1: Vec<f64>,
+}
+
+impl<'a> Construction<'a> {
+    /// The G0 surface: patches between the curves (one an edge of `base`) that are fitted to the target, each by itself (section
+    /// 6.1).
+    pub fn new(
+        base: BaseMesh,
+        curves: &[QuarticCurve],
+        target: &'a dyn Target,
+        samples: SampledFrom,
+    ) -> Self {
+        let curves: Vec<[Point3; 5]> = curves.iter().map(|c| c.q).collect();
+        let mut nets = nets_with_boundary(&base.mesh, &curves);
+        let footprints = fit::fill_and_fit(&mut nets, target, samples);
+        let weights = end_weights(&base, &curves);
+        Self { base, curves, target, nets, footprints, weights, mu1: Vec::new() }
     }
-    Ok(TriangularSpline::new(base, curves, nets))
+
+    /// Twist points that fulfil the rows k = 0, 1 of (3) at both ends of every edge.
+    ///
+    /// # Errors
+    /// A corner angle is 0 or π, or a value for μ1 can't be had.
+    pub fn solve_vertices(&mut self, shape: &ShapeParameters) -> Result<(), SplineError> {
+        let wanted = wanted_mu1(&self.base.mesh, shape);
+        self.mu1 = solve_vertices(&self.base, &self.curves, &self.weights, &wanted, &mut self.nets)?;
+        Ok(())
+    }
+
+    /// First rows that fulfil the other rows of (3): the surface is G1 after this. For `kept` see [`rebuild`].
+    ///
+    /// # Errors
+    /// λ is outside (0, 1) at an end of an edge.
+    pub fn solve_edges(
+        &mut self,
+        shape: &ShapeParameters,
+        kept: &[Option<EdgeSolution>],
+    ) -> Result<(), SplineError> {
+        // Without the vertex systems, μ is that of straight first rows.
+        self.mu1.resize(2 * self.curves.len(), 0.0);
+        let nu = shape.nu_of_edges(self.base.mesh.edge_count());
+        solve_edges(&self.base.mesh, &self.curves, &self.weights, &self.mu1, &nu, kept, &mut self.nets)
+    }
+
+    /// The three points of each patch that no condition binds, fitted again.
+    pub fn refit_free_points(&mut self) {
+        fit::refit_free_points(&mut self.nets, &self.footprints);
+    }
+
+    /// Steps on the distance along the normal in what the conditions leave free, as many as the options say; edges of which `kept` has
+    /// rows keep them.
+    pub fn relax(&mut self, options: &SplineOptions, kept: &[Option<EdgeSolution>]) {
+        // Not needed any more, and as large as the nets.
+        self.footprints = Vec::new();
+        let mesh = &self.base.mesh;
+        let (steps, tangential) = (options.normal_distance_steps, options.tangential_weight);
+        fit::reduce_normal_distance(&mut self.nets, self.target, steps, tangential);
+        let fixed: Vec<bool> = mesh.edges().map(|e| rows_of(kept, e).is_some()).collect();
+        let lambdas = edge_lambdas(&self.weights);
+        for _ in 0..options.relaxation_steps {
+            relax(mesh, &lambdas, &fixed, &mut self.nets, self.target, options.relaxation_weight);
+        }
+    }
+
+    /// Moves the points that no condition binds by what the caller wants.
+    pub fn move_inner_points(&mut self, shape: &ShapeParameters) {
+        shape.move_inner_points(&mut self.nets, fit::FREE_POINTS);
+    }
+
+    /// The surface as it is by now.
+    pub fn finish(self) -> TriangularSpline {
+        TriangularSpline::new(self.base, self.curves, self.nets)
+    }
+}
+
+/// The value of μ1 that is wanted for every dart; empty if there is none.
+fn wanted_mu1(mesh: &HalfEdgeMesh, shape: &ShapeParameters) -> Vec<Option<f64>> {
+    let darts = if shape.mu1.is_empty() { 0 } else { 2 * mesh.edge_count() };
+    let mut wanted = vec![None; darts];
+    shape.mu1.iter().for_each(|(h, mu)| wanted[Dart::of(mesh, *h).index()] = Some(*mu));
+    wanted
 }
 
 /// Nets whose boundary rows are the curves, elevated from degree 4 to 7 once for both sides; the rest is zero.
@@ -205,11 +322,13 @@ fn twist_position(mesh: &HalfEdgeMesh, h: HalfEdgeId) -> usize {
     index::row(DEGREE, mesh.side(h), 1, 1)
 }
 
-/// Solves the vertex systems, puts the twist points into the nets, and gives μ1 of every dart.
+/// Solves the vertex systems, puts the twist points into the nets, and gives μ1 of every dart; `wanted_mu1` has values for some
+/// darts, or is empty.
 pub(super) fn solve_vertices(
     base: &BaseMesh,
     curves: &[[Point3; 5]],
     weights: &[EndWeights],
+    wanted_mu1: &[Option<f64>],
     nets: &mut [[Point3; NET]],
 ) -> Result<Vec<f64>, SplineError> {
     let mesh = &base.mesh;
@@ -243,7 +362,12 @@ pub(super) fn solve_vertices(
                 far_lambda: &far,
                 twists: &twists,
             };
-            let solution = vertex::solve(&system).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
+            let mu1: Vec<Option<f64>> = match wanted_mu1.is_empty() {
+                true => Vec::new(),
+                false => ring.darts.iter().map(|dart| wanted_mu1[dart.index()]).collect(),
+            };
+            let solution =
+                vertex::solve_with(&system, &mu1).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
             Ok((ring, solution))
         })
         .collect();
@@ -263,12 +387,13 @@ fn rows_of(kept: &[Option<EdgeSolution>], e: EdgeId) -> Option<EdgeSolution> {
     kept.get(e.index()).copied().flatten()
 }
 
-/// Solves the edge systems and puts the inner points of the first rows into the nets.
+/// Solves the edge systems and puts the inner points of the first rows into the nets; `nu` has ν for every edge, or is empty.
 pub(super) fn solve_edges(
     mesh: &HalfEdgeMesh,
     curves: &[[Point3; 5]],
     weights: &[EndWeights],
     mu1: &[f64],
+    nu: &[f64],
     kept: &[Option<EdgeSolution>],
     nets: &mut [[Point3; NET]],
 ) -> Result<(), SplineError> {
@@ -301,7 +426,7 @@ pub(super) fn solve_edges(
                 r: std::array::from_fn(|m| row(h, m)),
                 lambda: [a.lambda, 1.0 - b.lambda],
                 mu: [a.mu, mu1[there.index()], 1.0 - mu1[back.index()], 1.0 - b.mu],
-                nu: 0.0,
+                nu: nu.get(e.index()).copied().unwrap_or(0.0),
             };
             system.solve().ok_or(SplineError::SingularEdge {
                 edge: e.0,

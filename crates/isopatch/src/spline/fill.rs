@@ -84,9 +84,9 @@ pub fn fill(base: BaseMesh, curves: &[QuarticCurve]) -> Result<TriangularSpline,
     let mut nets = nets_with_boundary(&base.mesh, &curves);
     let weights = end_weights(&base, &curves);
     fillers.inside.fill(&mut nets);
-    let mu1 = solve_vertices(&base, &curves, &weights, &mut nets)?;
+    let mu1 = solve_vertices(&base, &curves, &weights, &[], &mut nets)?;
     fillers.inside_twists.fill(&mut nets);
-    solve_edges(&base.mesh, &curves, &weights, &mu1, &[], &mut nets)?;
+    solve_edges(&base.mesh, &curves, &weights, &mu1, &[], &[], &mut nets)?;
     fillers.free_points.fill(&mut nets);
     Ok(TriangularSpline::new(base, curves, nets))
 }

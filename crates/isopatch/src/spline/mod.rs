@@ -4,15 +4,18 @@
 //! ([`fit`]), twist points by the [`vertex`] systems, inner rows by the [`edge`] systems, free points last.
 
 mod build;
+pub mod condition;
 pub mod edge;
 mod fill;
 pub mod fit;
 mod folds;
 mod relaxation;
+mod shape;
 mod surface;
 pub mod vertex;
 
-pub use build::{SampledFrom, SplineError, SplineOptions, build, rebuild};
+pub use build::{Construction, SampledFrom, SplineError, SplineOptions, build, build_shaped, rebuild};
 pub use fill::fill;
 pub use folds::normal_deviations;
+pub use shape::{ShapeError, ShapeParameters};
 pub use surface::{DEGREE, NET, TriangularSpline};

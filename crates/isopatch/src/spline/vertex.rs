@@ -40,6 +40,9 @@ pub struct EndWeights {
 /// Ratio of the first control vector in degree 7 to that in degree 4.
 const ELEVATION: f64 = 4.0 / 7.0;
 
+/// How far μ1 may be from a wanted value for the system to count as solved: far above rounding, far below what is seen.
+const KEPT: f64 = 1e-6;
+
 /// λ0 and μ0 from the directions of three consecutive curves at a vertex with unit normal `n`.
 pub fn end_weights(previous: &Vec3, d: &Vec3, next: &Vec3, n: &Vec3) -> EndWeights {
     let (before, after) = (previous.cross(d).dot(n), d.cross(next).dot(n));
@@ -77,6 +80,13 @@ pub struct VertexSolution {
 /// Solves (14) with the exact second fundamental form in every corner and the least tangential change of the
 /// wanted twist points. O(n³) for valence n. None if the tangential system is singular (a corner angle of 0 or π).
 pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
+    solve_with(system, &[])
+}
+
+/// As [`solve`], with the values of μ1 that `wanted` has for curves of the ring; missing entries are none. None also if the
+/// conditions with these values have no unique solution: they have none in general where all curves around a vertex of even valence
+/// get a value.
+pub fn solve_with(system: &VertexSystem<'_>, wanted: &[Option<f64>]) -> Option<VertexSolution> {
     let VertexSystem { normal, curvature, curves, weights, far_lambda, twists } = system;
     let (n, corners) = (curves.len(), twists.len());
     let open = corners < n;
@@ -93,7 +103,14 @@ pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
         let (d, e) = (curves[i].d, curves[i].e);
         -((1.0 - far) * c(previous(i)) + far * c(i + 1)) + 3.0 * ((1.0 - w.mu) * d + w.mu * e)
     };
-    let across: Vec<Vec3> = curves.iter().map(|curve| normal.cross(&curve.d).normalize()).collect();
+    // A condition of row i along a vector, with the part of μ1 that is known. Across d_i there is none of μ1.
+    let across = |i: &usize| (*i, normal.cross(&curves[*i].d).normalize(), Vec3::zeros());
+    let along = |i: &usize| {
+        let mu = wanted.get(*i).copied().flatten()?;
+        Some((*i, curves[*i].d.normalize(), 4.0 * mu * curves[*i].d))
+    };
+    let conditions: Vec<(usize, Vec3, Vec3)> =
+        rows.iter().map(across).chain(rows.iter().filter_map(along)).collect();
     let mut t: Vec<Vec3> = twists.iter().map(tangential).collect();
 
     // Row r couples corners r − 1 and r through (coefficient, corner) pairs; G = A Aᵀ is cyclic tridiagonal.
@@ -103,23 +120,25 @@ pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
         let left: Vec3 = coefficients(i).iter().map(|(a, corner)| *a * t[*corner]).sum();
         right(i) - left
     };
-    let mut gram = DMatrix::zeros(rows.len(), rows.len());
-    for (r, i) in rows.iter().enumerate() {
-        for (s, j) in rows.iter().enumerate() {
+    let mut gram = DMatrix::zeros(conditions.len(), conditions.len());
+    for (r, (i, u, _)) in conditions.iter().enumerate() {
+        for (s, (j, v, _)) in conditions.iter().enumerate() {
             let shared: f64 = coefficients(*i)
                 .iter()
                 .flat_map(|(a, p)| coefficients(*j).map(|(b, q)| if *p == q { a * b } else { 0.0 }))
                 .sum();
-            gram[(r, s)] = shared * across[*i].dot(&across[*j]);
+            gram[(r, s)] = shared * u.dot(v);
         }
     }
-    let violation =
-        DVector::from_iterator(rows.len(), rows.iter().map(|i| residual(*i, &t).dot(&across[*i])));
+    let violation = DVector::from_iterator(
+        conditions.len(),
+        conditions.iter().map(|(i, u, known)| (residual(*i, &t) + known).dot(u)),
+    );
     // The corner vertex of a boundary has no rows.
     let multipliers = if rows.is_empty() { violation } else { gram.lu().solve(&violation)? };
-    for (r, i) in rows.iter().enumerate() {
+    for (r, (i, u, _)) in conditions.iter().enumerate() {
         for (a, corner) in coefficients(*i) {
-            t[corner] += a * multipliers[r] * across[*i];
+            t[corner] += a * multipliers[r] * u;
         }
     }
     let mut mu1 = vec![0.0; n];
@@ -129,7 +148,16 @@ pub fn solve(system: &VertexSystem<'_>) -> Option<VertexSolution> {
     }
     let twists: Vec<Vec3> = t.iter().enumerate().map(|(i, t)| t + normal_part(i) * normal).collect();
     let finite = twists.iter().all(|t| t.iter().all(|x| x.is_finite()));
-    finite.then_some(VertexSolution { twists, mu1 })
+    // A singular system that rounding has made regular does not keep the wanted values.
+    let kept = mu1.iter().enumerate().all(|(i, mu)| {
+        wanted
+            .get(i)
+            .copied()
+            .flatten()
+            .is_none_or(|wanted| (mu - wanted).abs() <= KEPT * (1.0 + wanted.abs()))
+            || (open && (i == 0 || i == n - 1))
+    });
+    (finite && kept).then_some(VertexSolution { twists, mu1 })
 }
 
 #[cfg(test)]

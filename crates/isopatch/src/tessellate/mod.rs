@@ -9,6 +9,7 @@ mod basis_table;
 mod crease_normals;
 mod hybrid;
 mod shared_lattice;
+mod sharp_normals;
 mod triangles;
 
 pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};

@@ -87,6 +87,11 @@ impl SharedLattice {
         self.corner_owner.len()
     }
 
+    /// The patch, and its corner, from which each corner has its point.
+    pub(super) fn corner_owners(&self) -> &[(PatchId, u8)] {
+        &self.corner_owner
+    }
+
     /// Number of points.
     pub fn point_count(&self) -> usize {
         self.interior_start() + self.corners.len() * self.interior_count()

@@ -1,4 +1,4 @@
-use super::{BasisTable, SharedLattice, SharingError};
+use super::{BasisTable, SharedLattice, SharingError, sharp_normals};
 use crate::bernstein::index;
 use crate::geom::{Point3, Vec3};
 use crate::surface::{PatchForm, PatchId, Surface};
@@ -63,7 +63,7 @@ pub struct Tessellation {
 
 /// Samples every patch on a lattice and joins the points to triangles.
 ///
-/// Seam points are evaluated once, on the seam's first patch. The result does not depend on the number of threads.
+/// Seam points are evaluated once, on the seam's first patch; along seams that are not smooth there is a normal for each side. The result does not depend on the number of threads.
 pub fn tessellate(
     surface: &dyn Surface,
     options: &TessellateOptions,
@@ -73,44 +73,61 @@ pub fn tessellate(
         return Err(TessellateError::Resolution { resolution: n });
     }
     let lattice = SharedLattice::new(surface, n)?;
-    let (positions, normals) = points_and_normals(surface, &lattice, n).into_iter().unzip();
+    let samples = Samples::new(surface, n);
+    let (positions, mut normals): (Vec<Point3>, Vec<Vec3>) =
+        lattice.gather(|patch, at| samples.at(patch, at)).into_iter().unzip();
     let small = small_triangles(n);
     let triangles = (0..surface.patch_count() as u32).into_par_iter().flat_map_iter(|p| {
         let lattice = &lattice;
         small.iter().map(move |t| t.map(|ijk| lattice.number(PatchId(p), ijk)))
     });
+    let triangles = triangles.collect();
+    let normal = |patch: PatchId, at: usize| samples.at(patch, at).1;
+    let corner_normals = sharp_normals::number(surface, &lattice, n, &small, &normal, &mut normals);
     let mut mesh = Tessellation {
         positions,
         normals,
-        triangles: triangles.collect(),
-        corner_normals: Vec::new(),
+        triangles,
+        corner_normals,
         patches: surface.patches().flat_map(|p| std::iter::repeat_n(p, n * n)).collect(),
     };
     fill_missing_normals(&mut mesh);
     Ok(mesh)
 }
 
-fn points_and_normals(surface: &dyn Surface, lattice: &SharedLattice, n: usize) -> Vec<(Point3, Vec3)> {
-    if surface.patch_count() == 0 {
-        return Vec::new();
+/// Points and normals at the lattice points of patches.
+struct Samples<'a> {
+    surface: &'a dyn Surface,
+    degree: usize,
+    table: BasisTable,
+    parameters: Vec<[f64; 3]>,
+}
+
+impl<'a> Samples<'a> {
+    fn new(surface: &'a dyn Surface, n: usize) -> Self {
+        let first = (surface.patch_count() > 0).then(|| surface.form(PatchId(0)));
+        let degree = match first {
+            Some(PatchForm::BezierTriangle { degree, .. }) => degree,
+            Some(PatchForm::RationalTriangle { .. } | PatchForm::APatch) | None => 1,
+        };
+        let parameters = crate::bernstein::triangle::lattice(n);
+        Self { surface, degree, table: BasisTable::new(degree, n), parameters }
     }
-    let table_degree = match surface.form(PatchId(0)) {
-        PatchForm::BezierTriangle { degree, .. } => degree,
-        PatchForm::RationalTriangle { .. } | PatchForm::APatch => 1,
-    };
-    let table = BasisTable::new(table_degree, n);
-    let parameters = crate::bernstein::triangle::lattice(n);
-    lattice.gather(|patch, at| match surface.form(patch) {
-        PatchForm::BezierTriangle { degree, net } if degree == table_degree => {
-            let t = table.evaluate(net, at);
-            (t.point, t.du.cross(&t.dv).normalize())
+
+    /// Point and normal of a patch at a lattice point, by its position in net order.
+    fn at(&self, patch: PatchId, at: usize) -> (Point3, Vec3) {
+        match self.surface.form(patch) {
+            PatchForm::BezierTriangle { degree, net } if degree == self.degree => {
+                let t = self.table.evaluate(net, at);
+                (t.point, t.du.cross(&t.dv).normalize())
+            }
+            PatchForm::BezierTriangle { .. } | PatchForm::RationalTriangle { .. } | PatchForm::APatch => {
+                let [u, v, _] = self.parameters[at];
+                let sample = self.surface.sample(patch, [u, v]);
+                (sample.point, sample.normal)
+            }
         }
-        PatchForm::BezierTriangle { .. } | PatchForm::RationalTriangle { .. } | PatchForm::APatch => {
-            let [u, v, _] = parameters[at];
-            let sample = surface.sample(patch, [u, v]);
-            (sample.point, sample.normal)
-        }
-    })
+    }
 }
 
 /// The n² triangles of a lattice, counter-clockwise.
@@ -129,10 +146,10 @@ fn fill_missing_normals(mesh: &mut Tessellation) {
         return;
     }
     let mut sum = vec![Vec3::zeros(); mesh.normals.len()];
-    for t in &mesh.triangles {
-        let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize]);
         let area = (b - a).cross(&(c - a));
-        t.iter().for_each(|v| sum[*v as usize] += area);
+        mesh.normal_numbers(t).iter().for_each(|v| sum[*v as usize] += area);
     }
     for (normal, sum) in mesh.normals.iter_mut().zip(sum) {
         if missing(normal) {

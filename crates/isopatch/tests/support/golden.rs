@@ -65,6 +65,35 @@ pub fn flat_triangle() -> TriangularSpline {
     build(&[[0, 1, 2]], corners.clone(), vec![Vec3::z(); 3], vec![Mat3::zeros(); 3], &curves, vec![net])
 }
 
+/// Two flat patches that meet in a sharp edge, as on a roof.
+pub fn roof() -> TriangularSpline {
+    let corners = vec![
+        Point3::new(0.0, 0.0, 1.0),
+        Point3::new(2.0, 0.0, 1.0),
+        Point3::new(1.0, 1.0, 0.0),
+        Point3::new(1.0, -1.0, 0.0),
+    ];
+    let faces = [[0, 1, 2], [1, 0, 3]];
+    let at = |v: u32| corners[v as usize];
+    let along =
+        |a: u32, b: u32| -> [Point3; 5] { std::array::from_fn(|i| at(a).lerp(&at(b), i as f64 / 4.0)) };
+    let edges = faces.iter().flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])]);
+    let curves = edges.map(|(a, b)| ((a, b), along(a, b))).collect();
+    let net = |f: &[u32; 3]| {
+        let mut net = [Point3::zeros(); NET];
+        for ijk in index::indices(DEGREE) {
+            net[index::position(ijk)] = (0..3).map(|c| ijk[c] as f64 / DEGREE as f64 * at(f[c])).sum();
+        }
+        net
+    };
+    let nets = faces.iter().map(net).collect();
+    let made = build(&faces, corners.clone(), vec![Vec3::z(); 4], vec![Mat3::zeros(); 4], &curves, nets);
+    let mut base = made.base.clone();
+    let inner = |feature: &EdgeFeature| *feature == EdgeFeature::Smooth;
+    base.features.iter_mut().filter(|f| inner(f)).for_each(|feature| *feature = EdgeFeature::Sharp);
+    TriangularSpline::new(base, made.curves, made.nets)
+}
+
 /// The spline enlarged by a factor and then moved.
 pub fn scaled(spline: &TriangularSpline, factor: f64, shift: Vec3) -> TriangularSpline {
     let mut base = spline.base.clone();
