@@ -17,7 +17,7 @@ pub fn check(source: &Source, options: &FitOptions) -> Result<(), Failure> {
 fn check_formula(options: &FitOptions) -> Result<(), Failure> {
     if options.method == Some(Method::Apatch) {
         refuse(&of_bases(options), "for splines, not for A-patches")?;
-        refuse(&[of_recipes(options)], "for splines and rational patches of formulas, and for meshes")?;
+        refuse(&[of_recipes(options)], "for splines and rational patches, not for A-patches")?;
         refuse(&[("--triangulate", options.triangulate.is_some())], "for flat triangles, not for A-patches")?;
         if let Some(file) = options.output.iter().find(|file| file.format == Format::Step) {
             return Err(Failure::Unfit(format!(

@@ -65,6 +65,11 @@ fn any_orthogonal(n: &Vec3) -> Vec3 {
     n.cross(&axis).try_normalize(0.0).unwrap_or(axis)
 }
 
+/// C(½).
+pub fn middle(wire: &Wire) -> Point3 {
+    0.125 * (wire[0] + wire[3]) + 0.375 * (wire[1] + wire[2])
+}
+
 /// Derivative at the start (0) or the end (1).
 pub fn end_tangent(wire: &Wire, end: usize) -> Vec3 {
     if end == 0 { 3.0 * (wire[1] - wire[0]) } else { 3.0 * (wire[3] - wire[2]) }

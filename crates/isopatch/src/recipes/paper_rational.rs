@@ -17,7 +17,7 @@ use super::apatch::{self, Ground, NormalSource};
 use super::rational::{FittedRational, RationalError, RationalRecipe};
 use super::triangulated::{Triangulated, word};
 use crate::base::{FieldTarget, Repair};
-use crate::bernstein::{index, triangle};
+use crate::bernstein::{curve, index, triangle};
 use crate::field::Formula;
 use crate::geom::{Point3, Points, Vec3};
 use crate::io::read::PolygonMesh;
@@ -269,7 +269,7 @@ fn curve(p: [Point3; 2], normals: [Option<Vec3>; 2], target: Option<&dyn Target>
                 Some(conic) => Curve::Conic(conic),
                 None => {
                     let guess = wire::wire(p, [WireEnd::Plane(n0), WireEnd::Plane(n1)]);
-                    let middle = on_target(wire::middle(&guess), target);
+                    let middle = on_target(curve::point(&guess, 0.5), target);
                     Curve::Cubic(Cubic::through([&p[0], &middle, &p[1]], n, &TOLERANCE))
                 }
             }
