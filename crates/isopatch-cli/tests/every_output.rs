@@ -120,12 +120,13 @@ fn every_output_of_every_kind_of_surface_is_read_back() {
         fs::write(folder.path().join("prism.off"), PRISM).unwrap();
         for model in &MODELS {
             let made = make(folder.path(), model);
-            let is_kind = match (model.0, &made.surface) {
-                ("triangles", NativeSurface::APatches(_)) | ("polygons", NativeSurface::Hybrid(_)) => true,
-                ("cone", NativeSurface::Rational(_)) => true,
-                (_, NativeSurface::Spline(_)) => true,
-                _ => false,
-            };
+            let is_kind = matches!(
+                (model.0, &made.surface),
+                ("triangles", NativeSurface::APatches(_))
+                    | ("polygons", NativeSurface::Hybrid(_))
+                    | ("cone", NativeSurface::Rational(_))
+                    | (_, NativeSurface::Spline(_))
+            );
             assert!(is_kind, "{} is another kind of surface", model.0);
             write_expected(folder.path(), model.0, &made);
         }

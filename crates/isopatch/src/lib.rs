@@ -116,4 +116,5 @@ pub mod tessellate;
 extern crate self as isopatch;
 #[cfg(test)]
 #[path = "../tests/support/golden.rs"]
+#[allow(dead_code, reason = "some of them serve the integration tests alone")]
 mod golden;
