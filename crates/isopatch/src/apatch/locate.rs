@@ -103,7 +103,7 @@ impl Cell {
         }
     }
 
-    /// Is the point with coordinates x in this cell behind the surface? By the parameter on its ray (sheet 3h): the function
+    /// Is the point with coordinates x in this cell behind the surface? By the parameter on its ray (docs/theory/apatch.md): the function
     /// has more zeros than the surface.
     fn is_inside(self, function: &APatchFunction, x: [f64; 4]) -> Option<bool> {
         let hull = function.hull();

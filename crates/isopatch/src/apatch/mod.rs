@@ -11,7 +11,7 @@
 //! face layers 1, 2          face.rs      from the gradients (layer 1), from a quadric (layer 2)
 //! quadric                   quadric.rs   steps 5 and 8: constant least-squares matrices
 //! edge cells                edge.rs      what makes the function C1 across both sides of the wedge
-//! free parameters           free.rs      neighbour rule, and the bound above which every ray has one simple root
+//! free parameters           free.rs      neighbour rule; build.rs: the bound above which every ray has one simple root
 //! points                    shoot.rs     roots, points, normals, derivatives;  grid.rs  many at once
 //! creases                   crease.rs    what pulls the patches on both sides of a sharp edge to one curve
 //! ```

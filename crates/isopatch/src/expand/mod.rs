@@ -1,4 +1,4 @@
-//! Triangulation of a surface by expansion from seed points (Bajaj & Xu 1997, paper 002, §4): Algorithm 1 over edges,
+//! Triangulation of a surface by expansion from seed points (Bajaj & Xu 1997, §4): Algorithm 1 over edges,
 //! Algorithm 2 around vertices, both with the surface's power series over tangent planes.
 //!
 //! ```text

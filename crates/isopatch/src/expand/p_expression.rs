@@ -1,4 +1,4 @@
-//! The surface near one of its points as a graph over the tangent plane there (paper 002, §4.1).
+//! The surface near one of its points as a graph over the tangent plane there (Bajaj & Xu 1997, §4.1).
 
 use super::polynomials::{Bivariate, Trivariate, on_circle};
 use crate::field::Exponents;
@@ -111,7 +111,7 @@ impl PExpression {
         least > 0.0 && self.residual.bound(r) < least * epsilon
     }
 
-    /// A certified lower bound of the (p, k, ε)-radius, up to `most`: sheet 2b. Zero if none is found.
+    /// A certified lower bound of the (p, k, ε)-radius, up to `most`. Zero if none is found.
     pub fn radius(&self, epsilon: f64, most: f64) -> f64 {
         if self.holds(most, epsilon) {
             return most;

@@ -1,4 +1,4 @@
-//! The general steps of Algorithms 1 and 2 (paper 002, §4): where the front goes on, and how far.
+//! The general steps of Algorithms 1 and 2 (Bajaj & Xu 1997, §4): where the front goes on, and how far.
 
 use super::front::{Directed, FAIR, Front, GOOD, POOR};
 use super::options::{Approach, ExpandOptions};

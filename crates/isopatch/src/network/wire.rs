@@ -29,7 +29,7 @@ const NO_PROJECTION: f64 = 1e-9;
 /// The cubic from p₀ to p₁.
 ///
 /// Its tangent at an end is the chord d projected into the tangent plane, made 2|d|/(1 + cos φ) long, φ being the angle between
-/// the two: the length that makes an arc of a circle of it to fourth order. A free end takes (3d − t)/2, which makes the
+/// the two: the length that makes an arc of a circle of it up to the sixth power of its angle. A free end takes (3d − t)/2, which makes the
 /// curvature there vanish; with two free ends the wire is the chord.
 pub fn wire(p: [Point3; 2], ends: [WireEnd; 2]) -> Wire {
     let chord = p[1] - p[0];

@@ -4,7 +4,7 @@ use crate::geom::{Point3, Vec3};
 
 /// A patch over a triangle: with barycentric coordinates l₀, l₁, l₂,
 ///
-/// P = P₃ + l₀l₁l₂ (Σ_k l_a l_b U_k(t_k) + 243/3 · l₀l₁l₂ · M) / (l₀l₁ + l₁l₂ + l₂l₀),
+/// P = P₃ + l₀l₁l₂ (Σ_k l_a l_b U_k(t_k) + 243 l₀l₁l₂ · M) / (l₀l₁ + l₁l₂ + l₂l₀),
 ///
 /// where edge k runs from corner a = k to b = k + 1, o is the third corner, and t_k = l_b + l_o/2 is the parameter of the edge
 /// carried on into the patch. This is (6.2) of Bajaj & Xu with U_k for P_u, P_v, P_w, there constants.

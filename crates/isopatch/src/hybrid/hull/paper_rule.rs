@@ -2,7 +2,7 @@
 //! quadratic, coefficient by coefficient; and to a linear function as well, if that is asked for.
 //!
 //! The least-squares solution of smallest size is taken: over a planar polygon the equations leave one direction open, so that the
-//! rule does not give quadrics back there (sheet 0.3).
+//! rule does not give quadrics back there (docs/theory/hybrid.md).
 
 use super::affine::Affine;
 use super::layers::barycentric;

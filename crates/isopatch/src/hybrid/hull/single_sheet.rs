@@ -1,4 +1,4 @@
-//! Moves free parameters so that every ray meets the surface once (hybrid sheet 1.10; Lawson & Hanson's least-distance programming).
+//! Moves free parameters so that every ray meets the surface once (docs/theory/hybrid.md; Lawson & Hanson's least-distance programming).
 //!
 //! Along a ray from the base to the apex the function is a cubic with coefficients L_0 to L_3, the layers, of which L_0 is not
 //! positive (all times the sign of the side). If L_2 and L_3 are positive there is one root. Both depend linearly on the free

@@ -1,4 +1,4 @@
-//! The triangulation of Algorithms 1 and 2 (paper 002, §4) in place of the conforming one: faster, and proven by nothing.
+//! The triangulation of Algorithms 1 and 2 (Bajaj & Xu 1997, §4) in place of the conforming one: faster, and proven by nothing.
 
 use super::normals::set_normals;
 use super::singular_mesh::{LowerPart, SingularMesh, VertexKind};
