@@ -115,7 +115,7 @@ fn assert_seams(name: &str, surface: &APatchSurface) {
             assert_eq!(a.point, b.point, "{name}: {seam:?} at {s}");
             let angle = angle_between(&a.normal, &b.normal);
             assert!(
-                seam.continuity == Continuity::G0 || angle <= 1e-10,
+                seam.continuity == Continuity::G0 || angle <= NORMAL_LIMIT,
                 "{name}: {angle:e} at {s} of {seam:?}"
             );
         }
@@ -123,6 +123,9 @@ fn assert_seams(name: &str, surface: &APatchSurface) {
     let counts = surface.crease_counts();
     assert_eq!(counts.straight + counts.curved, creases, "{name}");
 }
+
+/// What normals may be off by rounding, in radians, as at seams: the cells of steep meshes are thin.
+const NORMAL_LIMIT: f64 = 1e-10;
 
 /// At the corners of patches the normals are those of the gradients, and they are the limits.
 fn assert_vertices(name: &str, surface: &APatchSurface, step: f64, angle: f64) {
@@ -134,7 +137,8 @@ fn assert_vertices(name: &str, surface: &APatchSurface, step: f64, angle: f64) {
             let at = |x: [f64; 3]| surface.sample(PatchId(f.0), [x[0], x[1]]);
             let (corner, normal) = (at(x), data.gradient(h).normalize());
             assert_eq!(corner.point, data.positions()[data.mesh().origin(h).index()], "{name}");
-            assert!(angle_between(&corner.normal, &normal) < 1e-13, "{name}");
+            let off = angle_between(&corner.normal, &normal);
+            assert!(off < NORMAL_LIMIT, "{name}: {off:e} at corner {k} of face {}", f.0);
             (x[k], x[(k + 1) % 3], x[(k + 2) % 3]) = (1.0 - step, 0.4 * step, 0.6 * step);
             let turned = angle_between(&at(x).normal, &normal);
             assert!(turned < angle, "{name}: {turned} near corner {k} of face {}", f.0);

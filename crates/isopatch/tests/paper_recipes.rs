@@ -10,7 +10,7 @@ use isopatch::geom::{Aabb, Point3, Vec3};
 use isopatch::inspect::{InspectOptions, inspect_rational, seams};
 use isopatch::io::read::PolygonMesh;
 use isopatch::recipes::algebraic::AlgebraicRecipe;
-use isopatch::recipes::apatch::APatchRecipe;
+use isopatch::recipes::apatch::{self, APatchRecipe, FittedMesh};
 use isopatch::recipes::hybrid::{Fitted, HybridRecipe};
 use isopatch::recipes::rational::RationalRecipe;
 use isopatch::recipes::{paper_apatch, paper_hybrid, paper_rational};
@@ -122,4 +122,23 @@ fn singular_formulas_go_through_the_same_scheme() {
     assert!(found.seams.max_gap < 1e-14);
     assert!(found.deviation.unwrap().max_first_order < 0.02);
     assert!(says(&fitted.notes, "patches with dependent normals"), "{:?}", fitted.notes);
+}
+
+/// The Butterfly scheme divides edges over which tetrahedra intersect; what comes of it is told, and the result has no more faulty
+/// faces than before.
+#[test]
+fn edges_are_divided_where_tetrahedra_intersect() {
+    let faulty = |fitted: &FittedMesh| fitted.surface.function().hull().bad_faces().len();
+    let mut mesh = PolygonMesh { normals: None, ..torus() };
+    // Every other vertex out, every other one in.
+    let normals = torus().normals.unwrap();
+    for (v, (p, n)) in mesh.positions.iter_mut().zip(&normals).enumerate() {
+        *p += (if v % 2 == 0 { 0.25 } else { -0.25 }) * n;
+    }
+    let whole = paper_apatch::fit(&mesh, &APatchRecipe::default(), &|_| ()).unwrap();
+    let recipe = APatchRecipe { hull: paper_apatch::recipe().hull, ..APatchRecipe::default() };
+    let undivided = apatch::fit(&mesh, &recipe, &|_| ()).unwrap();
+    assert!(faulty(&undivided) > 0, "nothing to divide");
+    assert!(says(&whole.repairs, "Butterfly subdivision"), "{:?}", whole.repairs);
+    assert!(faulty(&whole) <= faulty(&undivided));
 }

@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn quadrics_over_bent_quadrilaterals_are_found() {
         let quadric = Quadric {
-            coefficients: [0.1, 0.2, -0.1, 0.9, 0.7, -0.5, 0.4, 0.3, -0.2, 0.1],
+            coefficients: [0.1, 0.2, -0.1, 0.9, 0.3, -0.25, 0.2, 0.15, -0.1, 0.05],
             center: Point3::zeros(),
             scale: 1.0,
         };
@@ -90,6 +90,7 @@ mod tests {
             for _ in 0..30 {
                 p.z -= quadric.value(&p) / quadric.gradient(&p).z;
             }
+            assert!(quadric.value(&p).abs() < 1e-15);
             p
         });
         let n: Vec<Vec3> = corners.iter().map(|p| quadric.gradient(p)).collect();

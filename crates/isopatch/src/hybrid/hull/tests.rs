@@ -1,5 +1,5 @@
 use super::*;
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Point3, Vec3, angle_between};
 use crate::hull::{Class, Side};
 use crate::hybrid::{Element, HermitePolygons, HybridFace, HybridHull};
 use crate::mesh::HalfEdgeMesh;
@@ -73,9 +73,11 @@ fn middle_gradients_are_exact_to_the_third_order() {
         let miss = |e| {
             let [h, g] = data.joint(e)?;
             let [p, r] = [h, g].map(|h| data.position(h));
-            let (edge, up) = ((r - p).normalize(), Vec3::z());
+            let edge = (r - p).normalize();
+            // The tangent plane counts, not the length of the gradient; and along the edge, its values tell it.
+            let turned = |v: Vec3| v - v.dot(&edge) * edge;
             let found = 0.25 * (data.gradient(h) + data.gradient(g)) + 0.5 * data.middle(h);
-            Some((found - slope(&(0.5 * (p + r)))).dot(&up.cross(&edge).normalize()).abs())
+            Some(angle_between(&turned(found), &turned(slope(&(0.5 * (p + r))))))
         };
         data.mesh().edges().filter_map(miss).fold(0.0, f64::max)
     };
