@@ -255,8 +255,8 @@ fn very_noisy(body: &Body, seed: usize, size: f64) -> PolygonMesh {
     })
 }
 
-/// Where normals are beyond what cells over a polygon can follow, that polygon is cut, and no other. Triangles can't be cut: an
-/// edge becomes a crease there, or a face flat.
+/// Where normals are beyond what cells over a polygon can follow, that polygon is cut, and not all of them; what is made over
+/// triangles alone is valid as well.
 #[test]
 fn faults_are_mended_where_they_are() {
     let split = HybridRecipe {
@@ -264,31 +264,23 @@ fn faults_are_mended_where_they_are() {
         triangle_element: TriangleElement::Hybrid,
         ..HybridRecipe::default()
     };
-    let (mut cut, mut creased, mut flat) = (0, 0, 0);
-    for (b, body) in bodies().iter().enumerate() {
-        for (seed, size) in [(1, 0.8), (2, 1.0), (3, 1.2)] {
-            let mesh = very_noisy(body, seed, size);
+    let mut cut = 0;
+    for body in bodies() {
+        for (seed, size) in [(1, 0.8), (2, 1.2), (3, 2.0)] {
+            let mesh = very_noisy(&body, seed, size);
             for recipe in [HybridRecipe::default(), split.clone()] {
                 let Fitted::Polygons(made) = fit(&mesh, &recipe, &|_| ()).unwrap() else { continue };
                 assert_valid(&format!("{} {seed}", body.name), &made.surface, None);
                 let says = |what: &str| made.repairs.iter().any(|r| r.what.starts_with(what));
-                let elements = made.figures.elements.unwrap();
+                let of_hull = made.figures.elements.unwrap().cut;
                 assert_eq!(says("creases added"), made.figures.creases_added > 0, "{} {seed}", body.name);
-                println!(
-                    "{b} {} {seed}: {} cut, {} creases, {:?}",
-                    body.name,
-                    elements.cut,
-                    made.figures.creases_added,
-                    made.repairs.iter().map(|r| &r.what).collect::<Vec<_>>()
-                );
-                assert!(elements.cut < mesh.faces.len(), "{} {seed}", body.name);
-                cut += elements.cut;
-                creased += made.figures.creases_added;
-                flat += usize::from(says("faces made flat"));
+                assert!(of_hull == 0 || says("polygons cut into triangles"), "{} {seed}", body.name);
+                assert!(of_hull < mesh.faces.len(), "{} {seed}", body.name);
+                cut += of_hull;
             }
         }
     }
-    assert!(cut > 0 && creased > 0 && flat > 0, "{cut} {creased} {flat}");
+    assert!(cut > 0);
 }
 
 /// A native file gives the same surface back, bit for bit.
