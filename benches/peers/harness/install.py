@@ -100,29 +100,49 @@ def isopatch_binary():
     return cargo(REPOSITORY, "-p", "isopatch-cli", target=target) / "isopatch"
 
 
+def installed(package):
+    """Version of a Debian package; none if it is not installed."""
+    try:
+        state, version = call(
+            ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Version}", package], quiet=True
+        ).split()
+    except Missing:
+        return None
+    return version if state == "installed" else None
+
+
 @cache
-def debian(package, header):
-    """Installs a package unless its header is there; gives its version."""
-    if not Path("/usr/include", header).exists():
+def debian(package):
+    """Installs a Debian package; gives its version."""
+    if not installed(package):
         if os.geteuid() != 0 or not shutil.which("apt-get"):
             raise Missing(f"{package} is not installed (no root, or no apt-get)")
         quiet = {"DEBIAN_FRONTEND": "noninteractive"}
         call(["apt-get", "update", "-qq"], environment=quiet)
         call(["apt-get", "install", "-y", "-qq", "--no-install-recommends", package], environment=quiet)
-    return call(["dpkg-query", "-W", "-f", "${Version}", package])
+    return installed(package)
 
 
 @cache
 def cxx(source, *arguments):
-    """Compiles a program in C++."""
+    """Compiles a program in C++; gives the command."""
     if not shutil.which("g++"):
-        debian("g++", "c++")
+        debian("g++")
     source = HERE / "peers" / source
     program = BUILD / source.stem
-    if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
+    newest = max(path.stat().st_mtime for path in (source, *source.parent.glob("*.hpp")))
+    if not program.exists() or program.stat().st_mtime < newest:
         BUILD.mkdir(exist_ok=True)
         call(["g++", *CXX_FLAGS, source, "-o", program, *arguments])
     return [program]
+
+
+def cgal():
+    for package in ("libcgal-dev", "libgmp-dev", "libmpfr-dev"):
+        debian(package)
+    folder = measuring()
+    libraries = ["-lgmp", "-lmpfr", f"-L{folder}", "-lpeer_fields", f"-Wl,-rpath,{folder}"]
+    return cxx("cgal_surface_mesher.cpp", *libraries)
 
 
 def commit():

@@ -4,7 +4,7 @@ import argparse
 import sys
 import time
 
-from . import implicit
+from . import implicit, patches
 from .peers import PEERS
 from .surfaces import SURFACES
 
@@ -19,6 +19,7 @@ def arguments():
     parser.add_argument("--memory", type=float, default=16, help="GiB that a program may use")
     parser.add_argument("--limit", type=float, default=120, help="seconds that one run may take")
     parser.add_argument("--runs", type=int, default=5, help="runs whose median counts")
+    parser.add_argument("--quick", action="store_true", help="a short run")
     return parser.parse_args()
 
 
@@ -32,5 +33,6 @@ def main():
     def say(text):
         print(f"{time.monotonic() - start:7.1f} {text}", file=sys.stderr, flush=True)
 
+    others = patches.all_rows(chosen.runs, chosen.quick, say)
     rows, missing = implicit.compare(peers, surfaces, chosen.targets, limits, say)
     return 0

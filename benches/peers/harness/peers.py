@@ -71,4 +71,13 @@ PEERS = [
         search=Ladder(lambda _: range(4, 12)),
         parameter="depth",
     ),
+    Peer(
+        name="CGAL",
+        licence="GPL-3.0-or-later",
+        prepare=install.cgal,
+        version=lambda: install.debian("libcgal-dev"),
+        # Facets that are nearer than t have samples that are off by about 2t.
+        search=Resolution(lambda target: 2 / target, 1, whole=False, to_parameter=lambda n: 1 / n),
+        parameter="distance",
+    ),
 ]

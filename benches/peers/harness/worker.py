@@ -74,11 +74,17 @@ class Worker:
         return line.decode(errors="replace")
 
     def ask(self, words, seconds):
-        """The numbers that the program answers to a request."""
+        """The figures that the program answers to a request."""
+        self.send(words)
+        return self.receive(seconds)
+
+    def send(self, words):
         try:
             self.process.stdin.write(("\t".join(str(w) for w in words) + "\n").encode())
         except BrokenPipeError:
             raise Failure("stopped") from None
+
+    def receive(self, seconds):
         line = self._line(seconds)
         if line is None:
             raise Failure(f"over {seconds:.0f} s")
