@@ -30,6 +30,8 @@ class Row:
     surface: str
     target: float
     reached: bool
+    # What vertices − edges + faces should be.
+    euler: int = 0
     # Why not, if not.
     reason: str = ""
     # The last or best result: error, normal, bytes, …
@@ -108,7 +110,7 @@ def measure(surface, path):
 def search(runner, surface, target, hint):
     runner.reason = ""
     found = runner.peer.search.find(lambda p: runner.attempt(surface, p), target, hint)
-    row = Row(runner.peer.name, surface.name, target, found is not None)
+    row = Row(runner.peer.name, surface.name, target, found is not None, surface.euler)
     row.result = found or runner.best(surface)
     if not found:
         row.reason = runner.reason or "does not come nearer"
@@ -148,35 +150,40 @@ def memory_of(runner, row, surface):
         row.reason = row.reason or str(failure)
 
 
-def compare(peers, surfaces, targets, limits, say):
-    """All rows, and the programs that are missing with the reason."""
-    runners, missing = [], {}
+def compare(peers, surfaces, targets, limits, result, say, save):
+    """Adds all rows to the result, and the programs that are missing with the reason; saves after every surface."""
+    runners = []
     for peer in peers:
         try:
             runners.append(Runner(peer, limits))
         except Missing as reason:
-            missing[peer.name] = str(reason)
-    rows = []
+            result["missing"][peer.name] = str(reason)
     for surface in surfaces:
         hints = {}
         for target in sorted(targets, reverse=True):
-            pairs = []
-            for runner in runners:
-                say(f"{surface.name} {target:.0e} {runner.peer.name}: search")
-                row = search(runner, surface, target, hints.get(runner.peer.name))
-                runner.close()
-                if row.reached and runner.peer.search.order:
-                    hints[runner.peer.name] = row.result["n"] * 10 ** (1 / runner.peer.search.order)
-                pairs.append((runner, row))
-            say(f"{surface.name} {target:.0e}: times")
-            time_rows([(r, row) for r, row in pairs if row.result], surface, limits)
-            for runner, row in pairs:
-                runner.close()
-                if row.result:
-                    memory_of(runner, row, surface)
-                rows.append(row)
-                say(describe(row))
-    return rows, missing
+            result["rows"] += one_target(runners, surface, target, hints, limits, say)
+        save()
+
+
+def one_target(runners, surface, target, hints, limits, say):
+    """The rows of all programs; `hints` has the resolution to start from by the name of the program."""
+    pairs = []
+    for runner in runners:
+        name, order = runner.peer.name, runner.peer.search.order
+        say(f"{surface.name} {target:.0e} {name}: search")
+        row = search(runner, surface, target, hints.get(name))
+        runner.close()
+        if row.reached and order:
+            # For the next target, a tenth of this one.
+            hints[name] = row.result["n"] * 10 ** (1 / order)
+        pairs.append((runner, row))
+    time_rows([(runner, row) for runner, row in pairs if row.result], surface, limits)
+    for runner, row in pairs:
+        runner.close()
+        if row.result:
+            memory_of(runner, row, surface)
+        say(describe(row))
+    return [row for _, row in pairs]
 
 
 def describe(row):

@@ -11,6 +11,7 @@ from statistics import median
 
 from . import install, sphere
 from .install import Missing
+from .peers import Peer
 from .surfaces import SURFACES
 from .worker import ONE_THREAD, Failure, Worker
 
@@ -22,6 +23,13 @@ REFINED = [8, 64]
 SIZES = [1_000, 10_000, 50_000, 200_000]
 LOAD = 600
 
+PROGRAMS = [
+    Peer("OpenSubdiv", "Apache-2.0 (modified)", version=lambda: install.debian("libosd-dev")),
+    Peer("PN triangles", "MIT OR Apache-2.0", version=lambda: "written for this comparison"),
+    Peer("manifold3d", "Apache-2.0", version=lambda: install.python_package("manifold3d")),
+    Peer("OpenCASCADE (cadquery-ocp)", "LGPL-2.1 with exception", version=lambda: install.python_package("cadquery-ocp")),
+]
+
 
 @dataclass
 class Figure:
@@ -29,7 +37,7 @@ class Figure:
 
     what: str
     who: str
-    value: float = float("nan")
+    value: float | None = None
     unit: str = ""
     note: str = ""
     missing: str = ""
@@ -203,9 +211,16 @@ def refined_rows(what, commands, runs):
         values = {key: median(run[key] for run, _ in runs_of) for key in runs_of[0][0]}
         printed = runs_of[0][1].strip()
         values |= {k: float(v) for k, v in (w.split("=") for w in printed.split("\t") if "=" in w)}
-        note = f"{1e3 * values['loading']:.0f} ms of it imports" if "loading" in values else ""
+        values["points"] = values.get("points") or vertices_of_ply(commands[who]()[-1])
+        note = f"{values['points']:,.0f} points"
+        note += f"; {1e3 * values['loading']:.0f} ms of it imports" if "loading" in values else ""
         rows.append(Figure(what, who, 1e3 * values["seconds"], "ms", note, values=values))
     return rows
+
+
+def vertices_of_ply(path):
+    with open(path, "rb") as file:
+        return next(int(line.split()[2]) for line in file if line.startswith(b"element vertex"))
 
 
 def request(surface, tolerance, out):

@@ -11,13 +11,13 @@ from .search import Ladder, Resolution
 class Peer:
     name: str
     licence: str
-    # Installs the program and gives its command, or raises Missing.
-    prepare: Callable
     # Its version, once it is installed.
     version: Callable
-    search: object
+    # Installs the program and gives its command, or raises Missing.
+    prepare: Callable = None
+    search: object = None
     # What the number in a request means.
-    parameter: str
+    parameter: str = ""
     environment: Callable = field(default=dict)
 
 
