@@ -80,8 +80,15 @@ def figures(what, programs, runs, value, unit):
         if isinstance(answer, str):
             rows.append(Figure(what, who, missing=answer))
         else:
-            rows.append(Figure(what, who, value(answer), unit, values=answer))
+            rows.append(Figure(what, who, value(answer), unit, split(answer), values=answer))
     return rows
+
+
+def split(answer):
+    """Where the time of a row went, if the program says so."""
+    if "fit" not in answer:
+        return ""
+    return f"fit or sewing {1e3 * answer['fit']:.3g} ms, writing {1e3 * answer['write']:.3g} ms, {answer['bytes'] / 1e6:.2g} MB"
 
 
 def opensubdiv():
@@ -271,6 +278,9 @@ def per_patch(sizes):
                 break
             value = 1e6 * answer["seconds"] / answer["patches"]
             rows.append(Figure(what, f"{answer['patches']:,.0f} patches", value, "µs", values=answer))
+    values = [row.value for row in rows if row.value]
+    if values:
+        rows.append(Figure(what, "largest over smallest", max(values) / min(values), "×"))
     return rows
 
 

@@ -47,6 +47,10 @@ def seconds(value):
     return f"{value:.3g} s" if value >= 1 else f"{1e3 * value:.3g} ms"
 
 
+def degrees(angle):
+    return f"{angle:.3g}°"
+
+
 def power(target):
     return f"{target:.0e}".replace("e-0", "e-")
 
@@ -83,7 +87,7 @@ def row_cells(row):
         seconds(row.time()) + once,
         size(r["bytes"]) + file,
         f"{r['elements']:,.0f}",
-        f"{r['normal']:.2g}° ({r['normal_p99']:.2g}°)",
+        f"{degrees(r['normal'])} ({degrees(r['normal_p99'])})",
         size(max(row.memory, 0)),
         str(r["euler"]) + ("" if r["euler"] == row.euler else " **wrong**"),
     ]
@@ -125,7 +129,7 @@ def summary(rows, targets):
                 cell += [
                     seconds(geometric_mean([row.time() for row in values])),
                     size(geometric_mean([row.result["bytes"] for row in values])),
-                    f"{max(row.result['normal'] for row in values):.2g}°",
+                    degrees(max(row.result['normal'] for row in values)),
                     size(max(max(row.memory for row in values), 0)),
                 ]
             else:

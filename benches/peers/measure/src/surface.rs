@@ -125,9 +125,8 @@ fn chair<N: Number>([x, y, z]: [N; 3]) -> N {
 /// ((x² + y² − 0.64)² + (z² − 1)²)((y² + z² − 0.64)² + (x² − 1)²)((z² + x² − 0.64)² + (y² − 1)²) − 0.02
 #[inline(always)]
 fn decocube<N: Number>([x, y, z]: [N; 3]) -> N {
-    let ring = |a: &N, b: &N, c_: &N| {
-        (a.clone() + b.clone() - c(0.64)).square() + (c_.clone() - c(1.0)).square()
-    };
+    let ring =
+        |a: &N, b: &N, c_: &N| (a.clone() + b.clone() - c(0.64)).square() + (c_.clone() - c(1.0)).square();
     let [x2, y2, z2] = [x.square(), y.square(), z.square()];
     ring(&x2, &y2, &z2) * ring(&y2, &z2, &x2) * ring(&z2, &x2, &y2) - c(0.02)
 }
