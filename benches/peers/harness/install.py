@@ -145,10 +145,12 @@ def cgal():
     return cxx("cgal_surface_mesher.cpp", *libraries)
 
 
+@cache
 def commit():
     """Of this repository, with a plus sign if files have been changed."""
-    head = call(["git", "rev-parse", "--short", "HEAD"], cwd=REPOSITORY).strip()
-    return head + ("+" if call(["git", "status", "--porcelain", "-uno"], cwd=REPOSITORY).strip() else "")
+    head = call(["git", "rev-parse", "--short", "HEAD"], quiet=True, cwd=REPOSITORY).strip()
+    changes = call(["git", "status", "--porcelain", "-uno"], quiet=True, cwd=REPOSITORY).strip()
+    return head + ("+" if changes else "")
 
 
 def locked(project, crate):
