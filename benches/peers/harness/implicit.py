@@ -53,6 +53,7 @@ class Runner:
         self.peer, self.limits = peer, limits
         self.command, self.environment = peer.prepare(), peer.environment()
         self.worker = None
+        # Results by surface and parameter, or why there is none.
         self.known = {}
         self.reason = ""
 
@@ -67,11 +68,8 @@ class Runner:
     def ask(self, surface, parameter, output="-"):
         if self.worker is None:
             self.worker = self.start()
-        box = " ".join(str(x) for x in surface.box)
         try:
-            return self.worker.ask(
-                [surface.name, surface.formula, box, parameter, output], self.limits.seconds
-            )
+            return self.worker.ask(surface.request(parameter, output), self.limits.seconds)
         except Failure:
             # What failed may have left anything behind.
             self.close()
@@ -87,13 +85,15 @@ class Runner:
                     answer = self.ask(surface, parameter, path)
                     self.known[key] = answer | measure(surface, path) | {"parameter": parameter}
                 except Failure as failure:
-                    self.reason = f"{failure} at {self.peer.parameter} {parameter:.4g}"
-                    self.known[key] = None
+                    self.known[key] = f"{failure} at {self.peer.parameter} {parameter:.4g}"
+        if isinstance(self.known[key], str):
+            self.reason = self.known[key]
+            return None
         return self.known[key]
 
     def best(self, surface):
         """The result with the least error so far."""
-        results = [r for (name, _), r in self.known.items() if name == surface.name and r]
+        results = [r for (name, _), r in self.known.items() if name == surface.name and not isinstance(r, str)]
         return min(results, key=lambda r: r["error"], default={})
 
 
@@ -107,9 +107,11 @@ def measure(surface, path):
     return json.loads(text)
 
 
-def search(runner, surface, target, hint):
+def search(runner, surface, target, coarser):
+    """The row of a target; `coarser` is that of a larger one, or None."""
     runner.reason = ""
-    found = runner.peer.search.find(lambda p: runner.attempt(surface, p), target, hint)
+    known = coarser.result if coarser and coarser.reached else None
+    found = runner.peer.search.find(lambda p: runner.attempt(surface, p), target, known)
     row = Row(runner.peer.name, surface.name, target, found is not None, surface.euler)
     row.result = found or runner.best(surface)
     if not found:
@@ -121,7 +123,7 @@ def time_rows(pairs, surface, limits):
     """Runs programs in turns."""
     for _ in range(limits.runs):
         for runner, row in pairs:
-            if row.result.get("seconds", LONG) >= LONG:
+            if row.result["seconds"] >= LONG:
                 continue
             try:
                 answer = runner.ask(surface, row.result["parameter"])
@@ -131,7 +133,7 @@ def time_rows(pairs, surface, limits):
             row.seconds.append(answer["seconds"])
             row.wall.append(answer["wall"])
     for _, row in pairs:
-        if not row.seconds and "seconds" in row.result:
+        if not row.seconds:
             row.seconds, row.wall = [row.result["seconds"]], [row.result["wall"]]
 
 
@@ -141,10 +143,7 @@ def memory_of(runner, row, surface):
         with runner.start() as worker:
             row.loading = worker.cpu_seconds()
             before = worker.forget_peak()
-            box = " ".join(str(x) for x in surface.box)
-            worker.ask(
-                [surface.name, surface.formula, box, row.result["parameter"], "-"], runner.limits.seconds
-            )
+            worker.ask(surface.request(row.result["parameter"]), runner.limits.seconds)
             row.memory = worker.peak() - before
     except Failure as failure:
         row.reason = row.reason or str(failure)
@@ -159,31 +158,34 @@ def compare(peers, surfaces, targets, limits, result, say, save):
         except Missing as reason:
             result["missing"][peer.name] = str(reason)
     for surface in surfaces:
-        hints = {}
+        coarser = {}
         for target in sorted(targets, reverse=True):
-            result["rows"] += one_target(runners, surface, target, hints, limits, say)
+            coarser = one_target(runners, surface, target, coarser, limits, say)
+            result["rows"] += coarser.values()
         save()
 
 
-def one_target(runners, surface, target, hints, limits, say):
-    """The rows of all programs; `hints` has the resolution to start from by the name of the program."""
-    pairs = []
+def one_target(runners, surface, target, coarser, limits, say):
+    """The rows by the name of the program; `coarser` has those of the target before."""
+    rows, fresh = {}, []
     for runner in runners:
-        name, order = runner.peer.name, runner.peer.search.order
+        name = runner.peer.name
         say(f"{surface.name} {target:.0e} {name}: search")
-        row = search(runner, surface, target, hints.get(name))
+        row = rows[name] = search(runner, surface, target, coarser.get(name))
         runner.close()
-        if row.reached and order:
-            # For the next target, a tenth of this one.
-            hints[name] = row.result["n"] * 10 ** (1 / order)
-        pairs.append((runner, row))
-    time_rows([(runner, row) for runner, row in pairs if row.result], surface, limits)
-    for runner, row in pairs:
+        known = coarser.get(name)
+        if known and known.result and known.result["parameter"] == row.result["parameter"]:
+            # The same run as for the target before.
+            row.seconds, row.wall, row.memory, row.loading = known.seconds, known.wall, known.memory, known.loading
+        elif row.result:
+            fresh.append((runner, row))
+    time_rows(fresh, surface, limits)
+    for runner, row in fresh:
         runner.close()
-        if row.result:
-            memory_of(runner, row, surface)
+        memory_of(runner, row, surface)
+    for row in rows.values():
         say(describe(row))
-    return [row for _, row in pairs]
+    return rows
 
 
 def describe(row):

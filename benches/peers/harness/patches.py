@@ -230,10 +230,6 @@ def vertices_of_ply(path):
         return next(int(line.split()[2]) for line in file if line.startswith(b"element vertex"))
 
 
-def request(surface, tolerance, out):
-    return [surface.name, surface.formula, " ".join(map(str, surface.box)), tolerance, out]
-
-
 def threads(runs, folder, tolerance=1e-4):
     """Two threads against two copies with one thread each: jobs a second, of wall time."""
     rows = []
@@ -246,15 +242,15 @@ def threads(runs, folder, tolerance=1e-4):
             Worker([program, "full"], memory) as second,
         ):
             files = [Path(folder, name) for name in ("two", "one")]
-            two.ask(request(surface, tolerance, files[0]), LOAD)
-            first.ask(request(surface, tolerance, files[1]), LOAD)
+            two.ask(surface.request(tolerance, files[0]), LOAD)
+            first.ask(surface.request(tolerance, files[1]), LOAD)
             same = filecmp.cmp(*files, shallow=False)
             shared, copies = [], []
             for _ in range(runs):
-                shared.append(two.ask(request(surface, tolerance, "-"), LOAD)["wall"])
+                shared.append(two.ask(surface.request(tolerance), LOAD)["wall"])
                 start = time.perf_counter()
                 for worker in (first, second):
-                    worker.send(request(surface, tolerance, "-"))
+                    worker.send(surface.request(tolerance))
                 for worker in (first, second):
                     worker.receive(LOAD)
                 copies.append(time.perf_counter() - start)

@@ -12,9 +12,15 @@ class Resolution:
     AIM = 0.93
     TRIES = 10
 
-    def find(self, attempt, target, hint):
-        """The coarsest result that was seen to keep the target, of `attempt(parameter)`; None if there is none."""
-        n = hint * 1.0 if hint else self.first(target)
+    def finer(self, n, error, target):
+        """Where the error should be just under the target, if it is `error` at n."""
+        return n * (error / (self.AIM * target)) ** (1 / self.order)
+
+    def find(self, attempt, target, known):
+        """The coarsest result that was seen to keep the target, of `attempt(parameter)`; None if there is none.
+
+        `known` is what was found for a larger target, or None."""
+        n = self.finer(known["n"], known["error"], target) if known else self.first(target)
         missed, kept, best = 0.0, float("inf"), None
         for _ in range(self.TRIES):
             n = round(n) if self.whole else n
@@ -30,7 +36,7 @@ class Resolution:
                     return best
             else:
                 missed = max(missed, n)
-            n = n * (error / (self.AIM * target)) ** (1 / self.order)
+            n = self.finer(n, error, target)
             if not missed < n < kept:
                 n = (missed * kept) ** 0.5 if missed and kept < float("inf") else max(n, 1.3 * missed)
             if kept - missed <= (1 if self.whole else 0.03 * missed):
@@ -41,16 +47,14 @@ class Resolution:
 class Ladder:
     """A few values, coarsest first; the first that keeps the target counts."""
 
-    order = None
-
     def __init__(self, values):
         self.values = values
 
-    def find(self, attempt, target, _hint):
+    def find(self, attempt, target, _known):
         for value in self.values(target):
             result = attempt(value)
             if result is None:
                 return None
             if result["error"] <= target:
-                return dict(result, n=value)
+                return result
         return None

@@ -14,6 +14,10 @@ class Surface:
     # Vertices - edges + faces of the right result.
     euler: int
 
+    def request(self, parameter, output="-"):
+        """The words that ask a program for this surface."""
+        return [self.name, self.formula, " ".join(map(str, self.box)), parameter, output]
+
 
 def cube(half):
     return (-half, half) * 3

@@ -41,3 +41,34 @@ pub fn foot(surface: Surface, point: [f64; 3], diagonal: f64) -> Foot {
     let off: [f64; 3] = std::array::from_fn(|i| point[i] - at[i]);
     Foot { distance: dot(off, off).sqrt(), normal }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_off_the_torus_is_as_far_as_it_was_moved() {
+        for (distance, angle) in [(0.01, 0.3), (-0.2, 2.0), (0.3, 4.0)] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let point = [5.0 + (1.0 + distance) * cos, 0.0, (1.0 + distance) * sin];
+            let foot = foot(Surface::Torus, point, 17.0);
+            assert!((foot.distance - f64::abs(distance)).abs() < 1e-8, "{}", foot.distance);
+            assert!((dot(foot.normal, [cos, 0.0, sin]) - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn gradients_are_the_slopes_of_values() {
+        let (at, step) = ([0.71, -0.52, 0.33], 1e-6);
+        for surface in Surface::ALL {
+            let gradient = surface.gradient(at);
+            for axis in 0..3 {
+                let moved =
+                    |h: f64| surface.value(std::array::from_fn(|i| at[i] + if i == axis { h } else { 0.0 }));
+                let slope: f64 = (moved(step) - moved(-step)) / (2.0 * step);
+                let scale = 1.0 + gradient.slope[axis].abs();
+                assert!((slope - gradient.slope[axis]).abs() < 1e-6 * scale, "{}", surface.name());
+            }
+        }
+    }
+}

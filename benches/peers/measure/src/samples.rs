@@ -138,3 +138,36 @@ pub fn count(shape: &Shape) -> usize {
         Shape::Nets(_) => (IN_PATCH + 1) * (IN_PATCH + 2) / 2,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The patch (u, v) ↦ (u, v, u²), with the control points of u² in degree 7.
+    fn parabola() -> Shape {
+        let mut net = [[0.0; 3]; NET];
+        for i in 0..=DEGREE {
+            for j in 0..=DEGREE - i {
+                let square = (i * i.saturating_sub(1)) as f64 / (DEGREE * (DEGREE - 1)) as f64;
+                net[index(DEGREE, i, j)] = [i as f64 / DEGREE as f64, j as f64 / DEGREE as f64, square];
+            }
+        }
+        Shape::Nets(vec![net])
+    }
+
+    #[test]
+    fn a_patch_is_sampled_on_it_with_its_normals() {
+        let mut seen = 0;
+        let shape = parabola();
+        visit(&shape, 1.0, 1, |sample| {
+            let [x, _, z] = sample.point;
+            assert!((z - x * x).abs() < 1e-13);
+            let length = (1.0 + 4.0 * x * x).sqrt();
+            let truth = [-2.0 * x / length, 0.0, 1.0 / length];
+            let normal = sample.normal.expect("the patch is regular");
+            assert!((0..3).all(|i| (normal[i] - truth[i]).abs() < 1e-12));
+            seen += 1;
+        });
+        assert_eq!(seen, count(&shape));
+    }
+}
