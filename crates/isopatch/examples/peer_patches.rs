@@ -3,27 +3,30 @@
 //! It prints `ready`, then reads requests, one a line, with tabs between the words, and answers each with a line of figures.
 //! Seconds are CPU seconds on one thread.
 //!
-//! - `grid PATCHES N`, `anywhere PATCHES N`: points with normals on the lattice with N intervals of each patch of a torus, by a
-//!   table of the basis, or each for itself.
+//! - `grid PATCHES N`, `anywhere PATCHES N`: points with normals on the lattice with N intervals of each patch of a torus, at
+//!   parameters that are known before, or that may be any.
 //! - `write PATCHES`: that torus as STEP into memory.
 //! - `patches PATCHES`: that torus from its formula.
 //! - `step FILE`: the spline through a mesh, as STEP into a file.
 
 use cpu_time::ProcessTime;
+use isopatch::bernstein::lanes::{TangentsMut, TriangleGrid};
 use isopatch::bernstein::triangle;
 use isopatch::field::{Constants, Formula};
-use isopatch::geom::{Aabb, Point3, Vec3};
+use isopatch::geom::{Aabb, Point3, Points};
 use isopatch::io::read::read_mesh;
 use isopatch::io::step::{StepOptions, write_step};
 use isopatch::recipes::mesh_spline::{self, MeshSplineRecipe};
 use isopatch::recipes::spline::{Effort, Size, SplineRecipe, fit};
 use isopatch::spline::{DEGREE, TriangularSpline};
-use isopatch::surface::{PatchId, Surface};
-use isopatch::tessellate::BasisTable;
+use isopatch::surface::{PatchId, Sample, Surface};
 use std::error::Error;
 use std::io::{self, BufRead, BufWriter, Write};
 
 type Answer = Result<String, Box<dyn Error>>;
+
+/// As the command line buffers its files.
+const BUFFER: usize = 1 << 18;
 
 const TORUS: &str = "(sqrt(x^2+y^2)-5)^2+z^2-1";
 
@@ -60,30 +63,29 @@ impl Served {
 
     fn grid(&mut self, patches: &str, n: usize) -> Answer {
         let surface = self.torus(patches)?;
-        let table = BasisTable::new(DEGREE, n);
-        let size = triangle::lattice(n).len();
-        let mut out = vec![(Point3::zeros(), Vec3::zeros()); size * surface.nets.len()];
+        let grid = TriangleGrid::new(DEGREE, &triangle::lattice(n));
+        let count = grid.len() * surface.nets.len();
+        let (mut points, mut normals) = (Points::zeros(count), Points::zeros(count));
         let seconds = second_time(|| {
-            for (net, out) in surface.nets.iter().zip(out.chunks_exact_mut(size)) {
-                for (at, (point, normal)) in out.iter_mut().enumerate() {
-                    let t = table.evaluate(net, at);
-                    (*point, *normal) = (t.point, t.du.cross(&t.dv).normalize());
-                }
+            for (patch, net) in surface.nets.iter().enumerate() {
+                let range = patch * grid.len()..(patch + 1) * grid.len();
+                let normals = Some(normals.slice_mut(range.clone()));
+                let points = points.slice_mut(range);
+                grid.evaluate(net, TangentsMut { points, derivatives: None, normals });
             }
         });
-        Ok(format!("seconds={seconds}\tpoints={}", out.len()))
+        Ok(format!("seconds={seconds}\tpoints={count}"))
     }
 
     fn anywhere(&mut self, patches: &str, n: usize) -> Answer {
         let surface = self.torus(patches)?;
-        let places = triangle::lattice(n);
-        let mut out = vec![(Point3::zeros(), Vec3::zeros()); places.len() * surface.nets.len()];
+        let places: Vec<[f64; 2]> = triangle::lattice(n).iter().map(|[u, v, _]| [*u, *v]).collect();
+        let zero = Point3::zeros();
+        let nothing = Sample { point: zero, normal: zero, du: zero, dv: zero };
+        let mut out = vec![nothing; places.len() * surface.nets.len()];
         let seconds = second_time(|| {
             for (patch, out) in out.chunks_exact_mut(places.len()).enumerate() {
-                for ([u, v, _], (point, normal)) in places.iter().zip(out) {
-                    let sample = surface.sample(PatchId(patch as u32), [*u, *v]);
-                    (*point, *normal) = (sample.point, sample.normal);
-                }
+                surface.sample_batch(PatchId(patch as u32), &places, out);
             }
         });
         Ok(format!("seconds={seconds}\tpoints={}", out.len()))
@@ -125,7 +127,7 @@ fn step(path: &str) -> Answer {
     let start = ProcessTime::now();
     let fitted = mesh_spline::fit(&mesh, &MeshSplineRecipe::default(), &|_| ())?;
     let fit = start.elapsed().as_secs_f64();
-    let mut out = BufWriter::new(tempfile::tempfile()?);
+    let mut out = BufWriter::with_capacity(BUFFER, tempfile::tempfile()?);
     write_step(&fitted.surface, &StepOptions::default(), &mut out)?;
     let file = out.into_inner()?;
     let seconds = start.elapsed().as_secs_f64();

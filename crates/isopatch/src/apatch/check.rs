@@ -6,6 +6,7 @@ use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Points, Vec3};
 use crate::mesh::{EdgeId, FaceId};
 use rayon::prelude::*;
+use std::sync::LazyLock;
 
 /// Intervals of the grid on which a fold counts.
 const FINE: usize = 20;
@@ -156,7 +157,8 @@ impl Turn {
 
 /// The patches among these that turn over; every patch is looked at closely if `closely` is set.
 pub(super) fn folded(function: &APatchFunction, among: &Patches, closely: bool) -> Patches {
-    let (coarse, fine) = (Grid::new(COARSE), Grid::new(FINE));
+    // Mostly nothing is suspect, and the tables of the fine grid take as long as many patches.
+    let (coarse, fine) = (Grid::new(COARSE), LazyLock::new(|| Grid::new(FINE)));
     let hull = function.hull();
     let face = |f: &FaceId| {
         (closely || hull.is_delicate(*f) || coarse.on_face(function, *f).suspect)

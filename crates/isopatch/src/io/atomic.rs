@@ -31,6 +31,8 @@ struct Pending {
 
 /// What a temporary name ends in.
 const TEMPORARY: &str = "isopatch.tmp";
+/// Bytes that are written at a time.
+const BUFFER: usize = 1 << 18;
 /// Temporary names that are tried: leftovers of interrupted runs take some.
 const ATTEMPTS: u32 = 1000;
 
@@ -61,7 +63,7 @@ impl Outputs {
         let (file, temporary) = create_beside(&target)?;
         // From here on, dropping `self` removes the temporary file.
         self.pending.push(Pending { temporary, target });
-        let mut file = BufWriter::new(file);
+        let mut file = BufWriter::with_capacity(BUFFER, file);
         write(&mut file)?;
         file.flush()?;
         // The bytes have to be on the disk before the name is, or a crash could leave an empty file.
