@@ -5,28 +5,45 @@ use super::frame::{Frame, FrameError};
 use super::patch::RationalPatch;
 use super::surface::RationalSurface;
 use crate::bernstein::triangle;
-use crate::geom::Vec3;
+use crate::geom::{Point3, Vec3};
 use crate::surface::PatchId;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Is a patch folded? Then its normal somewhere on the lattice with `lattice` intervals is at a right angle or more to the normals of its
-/// corners, blended by barycentric coordinates; a corner without a normal has that of the triangle.
+/// A patch whose normal comes closer to a right angle than this cosine on a coarse lattice is looked at on one with [`FINE`] intervals:
+/// folds are small at first.
+const STEEP: f64 = 0.3;
+const FINE: usize = 60;
+
+/// Is a patch folded? Then its normal somewhere on the lattice with `lattice` intervals, or on a fine one if it is steep there, is at a right
+/// angle or more to the normals of its corners, blended by barycentric coordinates; a corner without a normal has that of the triangle.
 pub fn is_folded(
     patch: &RationalPatch,
     normals: &[Option<Vec3>; 3],
     flat: &Vec3,
     lattice: &[[f64; 3]],
 ) -> bool {
+    turns_beyond(patch, normals, flat, lattice, 0.0)
+}
+
+/// Is the cosine between these normals nowhere above `limit`?
+fn turns_beyond(
+    patch: &RationalPatch,
+    normals: &[Option<Vec3>; 3],
+    flat: &Vec3,
+    lattice: &[[f64; 3]],
+    limit: f64,
+) -> bool {
     let [n0, n1, n2] = normals.map(|n| n.and_then(|n| n.try_normalize(0.0)).unwrap_or(*flat));
-    lattice.iter().any(|l| {
+    let cosine = |l: &[f64; 3]| {
         let t = patch.evaluate([l[0], l[1]]);
-        let normal = t.du.cross(&t.dv);
+        let (normal, wanted) = (t.du.cross(&t.dv), l[0] * n0 + l[1] * n1 + l[2] * n2);
         let is_tip = (0..3).any(|c| l[c] == 1.0 && patch.is_singular(c));
-        // Not a number counts as folded.
-        let faces_out = normal.dot(&(l[0] * n0 + l[1] * n1 + l[2] * n2)) > 0.0;
-        !is_tip && !faces_out
-    })
+        if is_tip { 1.0 } else { normal.dot(&wanted) / (normal.norm() * wanted.norm()) }
+    };
+    // Not a number counts as folded.
+    let all_above = |lattice: &[[f64; 3]], limit: f64| lattice.iter().all(|l| cosine(l) > limit);
+    !all_above(lattice, STEEP) && !(all_above(lattice, limit) && all_above(&triangle::lattice(FINE), limit))
 }
 
 /// The same for a patch of a surface.
@@ -36,15 +53,31 @@ pub fn is_folded_over(surface: &RationalSurface, patch: PatchId, lattice: &[[f64
     is_folded(surface.patch(patch), &frame.normals[patch.index()], &flat, lattice)
 }
 
-/// The triangles over which [`super::build`] would make folded patches, in order.
+/// The triangles over which [`super::build`] would make patches that fold, or are close to it, in order.
 pub fn folded_faces(frame: &Frame, lattice: usize) -> Result<Vec<u32>, FrameError> {
     let lattice = triangle::lattice(lattice.max(1));
     let made = patches(frame, &BuildOptions::default())?.patches;
     let folded = (0..frame.faces.len() as u32).into_par_iter().filter(|f| {
-        let flat = flat_normal(&frame.corners(*f));
-        is_folded(&made[*f as usize], &frame.normals[*f as usize], &flat, &lattice)
+        let (patch, normals, corners) = (&made[*f as usize], &frame.normals[*f as usize], frame.corners(*f));
+        let flat = flat_normal(&corners);
+        turns_beyond(patch, normals, &flat, &lattice, CLOSE) || is_pinched(patch, &corners)
     });
     Ok(folded.collect())
+}
+
+/// Patches that come closer to a right angle than this cosine (1°) are close to a fold.
+const CLOSE: f64 = 0.02;
+/// Two wires that leave a corner with a smaller sine of their angle, in that of the triangle, leave it all but in one line: they have no plane.
+const PINCHED: f64 = 0.02;
+
+fn is_pinched(patch: &RationalPatch, corners: &[Point3; 3]) -> bool {
+    let sine = |a: Vec3, b: Vec3| a.cross(&b).norm() / (a.norm() * b.norm());
+    let at = |c: usize| {
+        let (after, before) = (patch.wire(c), patch.wire((c + 2) % 3));
+        let of_wires = sine(after[1] - after[0], before[2] - before[3]);
+        of_wires < PINCHED * sine(corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c])
+    };
+    (0..3).any(|c| !patch.is_singular(c) && at(c))
 }
 
 /// Most rounds in which normals are given up.

@@ -9,7 +9,7 @@
 //! The surface goes through all vertices and has the normals there; it is G1 but across sharp edges. Where patches fold, normals are
 //! turned to see the faces around them better, then more edges become sharp, as for the spline of [`super::mesh_spline`].
 
-use super::apatch::{self, Ground, NormalSource};
+use super::apatch::{self, NormalSource};
 use super::mesh_spline::Sharpness;
 use super::triangulated::{Triangulated, TriangulationError, word};
 use crate::base::Repair;
@@ -91,24 +91,15 @@ pub fn fit(
     progress: &dyn Fn(&str),
 ) -> Result<FittedRational, RationalError> {
     let mut seconds = Seconds::default();
-    progress("mesh");
-    let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
-    progress("normals");
-    let source = apatch::source(given, recipe.normals, NormalSource::Loop);
+    let start = Start::new(given, recipe, &mut seconds, progress)?;
+    let Start { base, source, sharp: asked, .. } = &start;
     let mesh = &base.mesh;
-    let edges = match recipe.crease_angle {
-        Some(angle) => creases::by_angle(mesh, &base.positions, angle),
-        None => vec![false; mesh.edge_count()],
-    };
-    let asked = edges.clone();
-    let sharpness = Sharpness { edges, corners: vec![false; mesh.vertex_count()] };
-    let found = seconds.measure("normals", || Attempt::new(given, &base, source, sharpness));
-    let mut attempt = found.map_err(|_| RationalError::NoNormals)?;
+    let mut attempt = Attempt::new(&start);
     progress("patches");
     let folded = seconds.measure("folds", || attempt.unfold(recipe))?;
     let Built { surface, lost_normals } = seconds.measure("patches", || build(&attempt.frame()))?;
 
-    let mut repairs = std::mem::take(&mut attempt.repairs);
+    let mut repairs = [base.repairs.as_slice(), &start.changed].concat();
     let of_faces = |faces: Vec<u32>| faces.into_iter().map(Place::Face).collect::<Vec<_>>();
     let source_of = |f: u32| base.sources.face[f as usize];
     let added = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()] && !asked[e.index()]);
@@ -116,7 +107,6 @@ pub fn fit(
     let moved: Vec<Place> = attempt.moved().map(|v| base.sources.of_vertex(v)).collect();
     let folded: Vec<u32> = folded.into_iter().map(source_of).collect();
     let lost = of_faces(lost_normals.into_iter().map(|(f, _)| source_of(f)).collect());
-    repairs.splice(0..0, base.repairs.iter().cloned());
     repairs.extend(word("normals moved", &moved, "patches there folded"));
     repairs.extend(word("edges made sharp", &added, "smooth patches folded there"));
     repairs.extend(word(
@@ -126,7 +116,43 @@ pub fn fit(
     ));
     repairs.extend(word("surface not certain", &of_faces(folded.clone()), "a patch folds over"));
     let sharp = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()]).count();
-    Ok(FittedRational { surface, normals: source, sharp_edges: sharp, folded, repairs, seconds })
+    Ok(FittedRational { surface, normals: *source, sharp_edges: sharp, folded, repairs, seconds })
+}
+
+/// What patches over a mesh begin with.
+pub(super) struct Start {
+    pub base: Triangulated,
+    /// Where the normals come from.
+    pub source: NormalSource,
+    /// Of the edges: is one asked to be sharp?
+    pub sharp: Vec<bool>,
+    /// At the origin of each half edge.
+    pub normals: Vec<Vec3>,
+    /// What was changed for the sake of the normals.
+    pub changed: Vec<Repair>,
+}
+
+impl Start {
+    pub(super) fn new(
+        given: &PolygonMesh,
+        recipe: &RationalRecipe,
+        seconds: &mut Seconds,
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, RationalError> {
+        progress("mesh");
+        let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
+        progress("normals");
+        let source = apatch::source(given, recipe.normals, NormalSource::Loop);
+        let Triangulated { mesh, positions, sources, .. } = &base;
+        let sharp = match recipe.crease_angle {
+            Some(angle) => creases::by_angle(mesh, positions, angle),
+            None => vec![false; mesh.edge_count()],
+        };
+        let ground = apatch::Ground { mesh, positions, sources };
+        let found = seconds.measure("normals", || apatch::normals_from(source, given, &ground, &sharp));
+        let (normals, changed) = found.map_err(|_| RationalError::NoNormals)?;
+        Ok(Self { base, source, sharp, normals, changed })
+    }
 }
 
 /// Normals and sharp edges that are tried.
@@ -137,21 +163,18 @@ struct Attempt<'a> {
     normals: Vec<Vec3>,
     /// Vertices at which normals were turned.
     turned: Vec<bool>,
-    repairs: Vec<Repair>,
 }
 
 impl<'a> Attempt<'a> {
-    fn new(
-        given: &PolygonMesh,
-        base: &'a Triangulated,
-        source: NormalSource,
-        sharpness: Sharpness,
-    ) -> Result<Self, apatch::APatchError> {
-        let ground = Ground { mesh: &base.mesh, positions: &base.positions, sources: &base.sources };
-        let (vectors, repairs) = apatch::normals_from(source, given, &ground, &sharpness.edges)?;
+    fn new(Start { base, sharp, normals, .. }: &'a Start) -> Self {
+        let vertices = base.mesh.vertex_count();
         let unit = |n: &Vec3| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
-        let normals = vectors.iter().map(unit).collect();
-        Ok(Self { base, sharpness, normals, turned: vec![false; base.mesh.vertex_count()], repairs })
+        Self {
+            base,
+            sharpness: Sharpness { edges: sharp.clone(), corners: vec![false; vertices] },
+            normals: normals.iter().map(unit).collect(),
+            turned: vec![false; vertices],
+        }
     }
 
     fn frame(&self) -> Frame {
