@@ -147,7 +147,11 @@ fn step_files_are_valid_shells_that_share_edges() {
             let path = folder.path().join(format!("{name}.step"));
             std::fs::write(&path, &bytes).unwrap();
             let (crossing, creases) = crossings(&surface);
-            assert_eq!(edges_with_more_than_two_uses(&String::from_utf8(bytes).unwrap()), 2 * crossing, "{name}");
+            assert_eq!(
+                edges_with_more_than_two_uses(&String::from_utf8(bytes).unwrap()),
+                2 * crossing,
+                "{name}"
+            );
             let report =
                 python::run(&kernel, &[path.to_str().unwrap(), "--edge-samples", "3", "--no-volume"])?;
             let number = |key: &str| report[key].as_f64().unwrap();

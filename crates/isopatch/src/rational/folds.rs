@@ -23,27 +23,35 @@ pub fn is_folded(
     flat: &Vec3,
     lattice: &[[f64; 3]],
 ) -> bool {
-    turns_beyond(patch, normals, flat, lattice, 0.0)
+    let normals = all_normals(normals, flat);
+    turns_beyond(patch, &normals, lattice, 0.0)
 }
 
-/// Is the cosine between these normals nowhere above `limit`?
-fn turns_beyond(
-    patch: &RationalPatch,
-    normals: &[Option<Vec3>; 3],
-    flat: &Vec3,
-    lattice: &[[f64; 3]],
-    limit: f64,
-) -> bool {
-    let [n0, n1, n2] = normals.map(|n| n.and_then(|n| n.try_normalize(0.0)).unwrap_or(*flat));
+fn all_normals(normals: &[Option<Vec3>; 3], flat: &Vec3) -> [Vec3; 3] {
+    normals.map(|n| n.and_then(|n| n.try_normalize(0.0)).unwrap_or(*flat))
+}
+
+/// Is the least cosine at or below `limit`?
+fn turns_beyond(patch: &RationalPatch, normals: &[Vec3; 3], lattice: &[[f64; 3]], limit: f64) -> bool {
+    let coarse = least_cosine(patch, normals, lattice);
+    coarse <= limit || coarse <= STEEP && least_cosine(patch, normals, &triangle::lattice(FINE)) <= limit
+}
+
+/// The least cosine of the angle between the normal of a patch and the blended ones, on a lattice.
+fn least_cosine(patch: &RationalPatch, [n0, n1, n2]: &[Vec3; 3], lattice: &[[f64; 3]]) -> f64 {
     let cosine = |l: &[f64; 3]| {
         let t = patch.evaluate([l[0], l[1]]);
         let (normal, wanted) = (t.du.cross(&t.dv), l[0] * n0 + l[1] * n1 + l[2] * n2);
+        let cosine = normal.dot(&wanted) / (normal.norm() * wanted.norm());
         let is_tip = (0..3).any(|c| l[c] == 1.0 && patch.is_singular(c));
-        if is_tip { 1.0 } else { normal.dot(&wanted) / (normal.norm() * wanted.norm()) }
+        match cosine {
+            _ if is_tip => 1.0,
+            // As bad as can be.
+            c if c.is_nan() => -1.0,
+            c => c,
+        }
     };
-    // Not a number counts as folded.
-    let all_above = |lattice: &[[f64; 3]], limit: f64| lattice.iter().all(|l| cosine(l) > limit);
-    !all_above(lattice, STEEP) && !(all_above(lattice, limit) && all_above(&triangle::lattice(FINE), limit))
+    lattice.iter().map(cosine).fold(1.0, f64::min)
 }
 
 /// The same for a patch of a surface.
@@ -53,16 +61,75 @@ pub fn is_folded_over(surface: &RationalSurface, patch: PatchId, lattice: &[[f64
     is_folded(surface.patch(patch), &frame.normals[patch.index()], &flat, lattice)
 }
 
-/// The triangles over which [`super::build`] would make patches that fold, or are close to it, in order.
-pub fn folded_faces(frame: &Frame, lattice: usize) -> Result<Vec<u32>, FrameError> {
+/// What becomes of the patches that fold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Folds {
+    /// Patches that do not fold with this middle, [`RationalPatch::middle`].
+    pub middles: Vec<(PatchId, Vec3)>,
+    /// Triangles whose patches fold with any that was tried, or have no tangent plane to speak of at a corner, in order.
+    pub faces: Vec<u32>,
+}
+
+/// The patches of [`super::build`] that fold, or are close to it.
+///
+/// # Errors
+/// [`FrameError`] for a frame that does not fit together.
+pub fn folds(frame: &Frame, lattice: usize) -> Result<Folds, FrameError> {
     let lattice = triangle::lattice(lattice.max(1));
     let made = patches(frame, &BuildOptions::default())?.patches;
-    let folded = (0..frame.faces.len() as u32).into_par_iter().filter(|f| {
-        let (patch, normals, corners) = (&made[*f as usize], &frame.normals[*f as usize], frame.corners(*f));
-        let flat = flat_normal(&corners);
-        turns_beyond(patch, normals, &flat, &lattice, CLOSE) || is_pinched(patch, &corners)
-    });
-    Ok(folded.collect())
+    let of_face = |f: u32| {
+        let (patch, corners) = (&made[f as usize], frame.corners(f));
+        let normals = all_normals(&frame.normals[f as usize], &flat_normal(&corners));
+        if is_pinched(patch, &corners) {
+            return Some((f, None));
+        }
+        let is_close = turns_beyond(patch, &normals, &lattice, CLOSE);
+        is_close.then(|| (f, middle_without_fold(patch, &normals)))
+    };
+    let found: Vec<(u32, Option<Vec3>)> =
+        (0..made.len() as u32).into_par_iter().filter_map(of_face).collect();
+    let mut folds = Folds::default();
+    for (f, middle) in found {
+        match middle {
+            Some(middle) => folds.middles.push((PatchId(f), middle)),
+            None => folds.faces.push(f),
+        }
+    }
+    Ok(folds)
+}
+
+/// Intervals of the lattice on which middles are compared.
+const COMPARED: usize = 24;
+/// First step of the search for a middle, in the longest edge, how often it is tried in all directions, and its farthest way.
+const STEP: f64 = 0.1;
+const TRIES: usize = 12;
+const FARTHEST: f64 = 0.4;
+
+/// A middle with which a patch does not come close to a fold: a search along the axes, in ever smaller steps. None if there is none, as where
+/// the fold is at the border.
+pub(super) fn middle_without_fold(patch: &RationalPatch, normals: &[Vec3; 3]) -> Option<Vec3> {
+    let lattice = triangle::lattice(COMPARED);
+    let with = |middle: Vec3| RationalPatch { middle, ..patch.clone() };
+    let on_border: Vec<[f64; 3]> = lattice.iter().copied().filter(|l| l.contains(&0.0)).collect();
+    if least_cosine(patch, normals, &on_border) <= CLOSE {
+        return None;
+    }
+    let longest = (0..3).map(|k| patch.wire(k)).map(|w| (w[3] - w[0]).norm()).fold(0.0, f64::max);
+    let mut step = STEP * longest;
+    let mut best = (least_cosine(patch, normals, &lattice), patch.middle);
+    for _ in 0..TRIES {
+        let around = (0..3).flat_map(|axis| [step, -step].map(|step| best.1 + step * Vec3::ith(axis, 1.0)));
+        let near = around.filter(|middle| (middle - patch.middle).norm() <= FARTHEST * longest);
+        let tried = near.map(|middle| (least_cosine(&with(middle), normals, &lattice), middle));
+        match tried.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|tried| tried.0 > best.0) {
+            Some(better) => best = better,
+            None => step *= 0.5,
+        }
+        if best.0 > CLOSE && !turns_beyond(&with(best.1), normals, &lattice, CLOSE) {
+            return Some(best.1);
+        }
+    }
+    None
 }
 
 /// Patches that come closer to a right angle than this cosine (1°) are close to a fold.

@@ -17,7 +17,7 @@ use crate::geom::Vec3;
 use crate::hull::most_visible_direction;
 use crate::io::read::PolygonMesh;
 use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh, Place, PrepareOptions, VertexId, creases, normals};
-use crate::rational::{Built, Frame, FrameError, RationalSurface, build, folded_faces};
+use crate::rational::{Built, Folds, Frame, FrameError, RationalSurface, build, folds};
 use crate::report::Seconds;
 
 /// What the recipe is given besides the mesh. The default is a good choice for smooth meshes.
@@ -96,8 +96,9 @@ pub fn fit(
     let mesh = &base.mesh;
     let mut attempt = Attempt::new(&start);
     progress("patches");
-    let folded = seconds.measure("folds", || attempt.unfold(recipe))?;
-    let Built { surface, lost_normals } = seconds.measure("patches", || build(&attempt.frame()))?;
+    let Folds { middles, faces: folded } = seconds.measure("folds", || attempt.unfold(recipe))?;
+    let Built { mut surface, lost_normals } = seconds.measure("patches", || build(&attempt.frame()))?;
+    middles.iter().for_each(|(patch, middle)| surface.set_middle(*patch, *middle));
 
     let mut repairs = [base.repairs.as_slice(), &start.changed].concat();
     let of_faces = |faces: Vec<u32>| faces.into_iter().map(Place::Face).collect::<Vec<_>>();
@@ -114,6 +115,8 @@ pub fn fit(
         &lost,
         "the planes of the sharp edges there have no line in common",
     ));
+    let filled: Vec<u32> = middles.into_iter().map(|(patch, _)| source_of(patch.0)).collect();
+    repairs.extend(word("middles of patches moved", &of_faces(filled), "the patches folded there"));
     repairs.extend(word("surface not certain", &of_faces(folded.clone()), "a patch folds over"));
     let sharp = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()]).count();
     Ok(FittedRational { surface, normals: *source, sharp_edges: sharp, folded, repairs, seconds })
@@ -185,26 +188,33 @@ impl<'a> Attempt<'a> {
         self.base.mesh.vertices().filter(|v| self.turned[v.index()])
     }
 
-    /// Changes normals, then edges, until no patch folds or nothing is left to try; gives the faces that still fold.
-    fn unfold(&mut self, recipe: &RationalRecipe) -> Result<Vec<u32>, FrameError> {
+    /// Changes normals, then middles of patches, then edges, until no patch folds or nothing is left to try; gives what still folds.
+    fn unfold(&mut self, recipe: &RationalRecipe) -> Result<Folds, FrameError> {
         let mesh = &self.base.mesh;
         let (mut rounds, mut sharpenings) = (recipe.rounds, recipe.sharpenings);
         loop {
-            let folded = folded_faces(&self.frame(), recipe.lattice)?;
-            if folded.is_empty() {
-                return Ok(folded);
+            let folds = folds(&self.frame(), recipe.lattice)?;
+            let vertices = |faces: &[FaceId]| -> Vec<VertexId> {
+                faces.iter().flat_map(|f| mesh.triangle(*f)).collect()
+            };
+            let mut faces: Vec<FaceId> = folds.faces.iter().map(|f| FaceId(*f)).collect();
+            if rounds > 0 {
+                faces.extend(folds.middles.iter().map(|(patch, _)| FaceId(patch.0)));
+                faces.sort_unstable();
             }
-            let faces: Vec<FaceId> = folded.iter().map(|f| FaceId(*f)).collect();
+            if faces.is_empty() {
+                return Ok(folds);
+            }
             if rounds > 0 {
                 rounds -= 1;
                 // The whole way in the last round.
                 let share = 1.0 / (rounds + 1) as f64;
-                faces.iter().flat_map(|f| mesh.triangle(*f)).for_each(|v| self.see_better(v, share));
+                vertices(&faces).into_iter().for_each(|v| self.see_better(v, share));
             } else if sharpenings > 0 && self.sharpness.sharpen(mesh, &self.base.positions, &faces, &[]) {
                 sharpenings -= 1;
-                faces.iter().flat_map(|f| mesh.triangle(*f)).for_each(|v| self.renew(v));
+                vertices(&faces).into_iter().for_each(|v| self.renew(v));
             } else {
-                return Ok(folded);
+                return Ok(folds);
             }
         }
     }

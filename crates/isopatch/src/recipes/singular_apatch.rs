@@ -128,13 +128,8 @@ impl<'a> Solids<'a> {
         }
         let is_singular: Vec<bool> = whole.vertices.iter().map(|kind| kind.is_singular()).collect();
         let SingularMesh { positions, triangles, normals, singular_edges, .. } = whole;
-        let frame = Frame::over_sheets(
-            positions.clone(),
-            triangles.clone(),
-            normals,
-            singular_edges,
-            &is_singular,
-        );
+        let frame =
+            Frame::over_sheets(positions.clone(), triangles.clone(), normals, singular_edges, &is_singular);
         let mesh = HalfEdgeMesh::from_faces(vertices.len(), &faces)?;
         Ok(Self { formula, whole, mesh, vertices, normals: frame.normals, unpaired })
     }
@@ -201,7 +196,9 @@ impl<'a> Solids<'a> {
         for e in mesh.edges() {
             let mut source = hull.source_edge(e);
             source.sort_by_key(|v| self.vertices[v.index()]);
-            let Some((edge, mut curve)) = self.singular_edge(source).zip(data.crease_curve(e)) else { continue };
+            let Some((edge, mut curve)) = self.singular_edge(source).zip(data.crease_curve(e)) else {
+                continue;
+            };
             let start = self.whole.positions[edge[0] as usize];
             if (curve.net[3] - start).norm_squared() < (curve.net[0] - start).norm_squared() {
                 curve.net.reverse();
