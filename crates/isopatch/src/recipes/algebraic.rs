@@ -99,9 +99,9 @@ const SAFETY: f64 = 0.9;
 const AIMS: usize = 4;
 /// Most triangles, if no number is given.
 const MOST_TRIANGLES: usize = 400_000;
-/// With a number of triangles, the share of them with which it begins; the others go where patches need them.
+/// If the mesh has more triangles than are wanted, the share of these with which it begins; the others go where patches need them.
 const FIRST_SHARE: f64 = 0.7;
-/// If the mesh has more than those, this share of the diagonal of the box is close enough for flat triangles.
+/// Then this share of the diagonal of the box is close enough for flat triangles.
 const LOOSE: f64 = 0.05;
 
 /// Rational patches over the surface of a polynomial; `progress` is told the name of each stage as it starts.
@@ -119,7 +119,7 @@ pub fn fit(
     let options = mesh_options(recipe);
     progress("mesh");
     let mut found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
-    let is_too_many = |n: &usize| found.mesh.triangles.len() > (FIRST_SHARE * *n as f64) as usize;
+    let is_too_many = |n: &usize| found.mesh.triangles.len() > *n;
     let options = match recipe.size {
         Size::Faces(n) if is_too_many(&n) => {
             let first = (FIRST_SHARE * n as f64) as usize;
