@@ -119,9 +119,8 @@ pub fn fit(
     let options = mesh_options(recipe);
     progress("mesh");
     let mut found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
-    let is_too_many = |n: &usize| found.mesh.triangles.len() > *n;
     let options = match recipe.size {
-        Size::Faces(n) if is_too_many(&n) => {
+        Size::Faces(n) if found.mesh.triangles.len() > n => {
             let first = (FIRST_SHARE * n as f64) as usize;
             let options = TriangulateOptions { triangles: Some(first), tolerance: LOOSE, ..options };
             found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
