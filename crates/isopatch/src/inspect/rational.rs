@@ -10,7 +10,7 @@ use crate::bernstein::triangle;
 use crate::field::Field;
 use crate::geom::Aabb;
 use crate::mesh::HalfEdgeMesh;
-use crate::rational::{Frame, RationalSurface, is_folded};
+use crate::rational::{Frame, RationalSurface, is_folded_over};
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -22,7 +22,7 @@ pub struct RationalInspection {
     /// are compared; with such, or crossings, deviations are those of samples inside the patches, and no self-intersections are looked for
     /// where sheets cross by nature.
     pub common: Inspection,
-    /// Patches that fold over, in order: see [`is_folded`].
+    /// Patches that fold over, in order: see [`crate::rational::is_folded`].
     pub folded: Vec<PatchId>,
     /// Curves on which other than one or two patches meet: where sheets cross.
     pub crossings: usize,
@@ -61,11 +61,7 @@ pub fn inspect_rational(
         }),
     };
     let samples = triangle::lattice(options.lattice.max(1));
-    let folds = |p: &PatchId| {
-        let [a, b, c] = frame.corners(p.0);
-        let flat = (b - a).cross(&(c - a)).normalize();
-        is_folded(surface.patch(*p), &frame.normals[p.index()], &flat, &samples)
-    };
+    let folds = |p: &PatchId| is_folded_over(surface, *p, &samples);
     let patches: Vec<PatchId> = surface.patches().collect();
     let mut tips: Vec<u32> = patches
         .iter()

@@ -32,7 +32,7 @@ mod surface;
 pub mod weighted;
 
 pub use build::{BuildOptions, Built, build, build_with};
-pub use folds::{folded_faces, is_folded, is_folded_over, relax_folds};
+pub use folds::{Folds, folds, is_folded, is_folded_over, relax_folds};
 pub use frame::{Frame, FrameError, FrameSeam};
 pub use patch::RationalPatch;
 pub use surface::{RationalParts, RationalSurface};

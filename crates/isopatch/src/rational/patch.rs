@@ -91,24 +91,27 @@ impl RationalPatch {
         Tangents { point, du: partials[0] - partials[2], dv: partials[1] - partials[2] }
     }
 
-    /// P₃ and its derivatives by the three coordinates.
+    /// P₃ and its derivatives by the three coordinates, up to a vector that all three have in common: it drops out of their differences, and
+    /// points relative to a corner leave it no digits to take.
     fn cubic(&self, l: [f64; 3]) -> (Point3, [Vec3; 3]) {
         let corner = |k: usize| l[k] * l[k] * l[k] * self.net[CORNERS[k]];
         let corners = corner(0) + corner(1) + corner(2);
+        let from_corner = |p: usize| self.net[p] - self.net[CORNERS[0]];
         let mut point = Point3::zeros();
-        let mut partials: [Vec3; 3] = std::array::from_fn(|k| 3.0 * l[k] * l[k] * self.net[CORNERS[k]]);
+        let mut partials: [Vec3; 3] = std::array::from_fn(|k| 3.0 * l[k] * l[k] * from_corner(CORNERS[k]));
         for k in 0..3 {
             let (x, y) = (l[k], l[(k + 1) % 3]);
             let [first, second] = EDGES[k].map(|p| self.net[p]);
             point += x * x * y * first + y * y * x * second;
+            let [first, second] = EDGES[k].map(from_corner);
             partials[k] += 6.0 * x * y * first + 3.0 * y * y * second;
             partials[(k + 1) % 3] += 3.0 * x * x * first + 6.0 * x * y * second;
         }
-        let middle = self.net[CENTER];
+        let middle = from_corner(CENTER);
         for k in 0..3 {
             partials[k] += 6.0 * l[(k + 1) % 3] * l[(k + 2) % 3] * middle;
         }
-        (corners + 3.0 * point + 6.0 * l[0] * l[1] * l[2] * middle, partials)
+        (corners + 3.0 * point + 6.0 * l[0] * l[1] * l[2] * self.net[CENTER], partials)
     }
 
     /// l_a l_b U_k(t) and its derivatives by l_a, l_b, l_o.

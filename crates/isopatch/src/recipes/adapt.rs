@@ -44,33 +44,48 @@ pub fn adapt(
     goal: &AdaptGoal,
 ) -> Result<Built, FrameError> {
     let floor = found.gradient_floor;
-    let mut mesh = found.mesh.clone();
-    let mut best: Option<(Quality, SingularMesh, Built)> = None;
-    for round in 0..=ROUNDS {
+    let made_over = |mesh: SingularMesh| -> Result<Made, FrameError> {
         let built = over_singular_mesh(&mesh, Some(target))?;
         let patches = measure(formula, &built, floor);
-        let edges = edges_to_divide(&built, &patches, goal);
+        Ok(Made { mesh, built, patches })
+    };
+    let mut made = made_over(found.mesh.clone())?;
+    let mut best = made.clone();
+    for _ in 0..ROUNDS {
+        let edges = edges_to_divide(&made, goal);
         // An edge has two triangles, most often, and each becomes two.
         let limits = SplitLimits {
-            edges: goal.triangles.saturating_sub(mesh.triangles.len()) / 2,
+            edges: goal.triangles.saturating_sub(made.mesh.triangles.len()) / 2,
             tolerance: goal.flat,
             floor,
         };
-        let quality = Quality::of(&patches);
-        let is_better = best.as_ref().is_none_or(|(least, ..)| quality.is_better(least));
-        if is_better {
-            best = Some((quality, mesh.clone(), built));
-        }
-        if round == ROUNDS || split_edges(formula, bounds, &mut mesh, &edges, &limits) == 0 {
+        let mut mesh = made.mesh;
+        if split_edges(formula, bounds, &mut mesh, &edges, &limits) == 0 {
             break;
         }
-    }
-    match best {
-        Some((_, mesh, built)) => {
-            found.mesh = mesh;
-            Ok(built)
+        made = made_over(mesh)?;
+        if made.quality().is_better(&best.quality()) {
+            best = made.clone();
         }
-        None => over_singular_mesh(&found.mesh, Some(target)),
+    }
+    found.mesh = best.mesh;
+    Ok(best.built)
+}
+
+/// Patches over a mesh.
+#[derive(Clone)]
+struct Made {
+    mesh: SingularMesh,
+    built: Built,
+    patches: Vec<Measured>,
+}
+
+impl Made {
+    fn quality(&self) -> Quality {
+        Quality {
+            folded: self.patches.iter().filter(|p| p.folded).count(),
+            distance: self.patches.iter().map(|p| p.distance).fold(0.0, f64::max),
+        }
     }
 }
 
@@ -89,13 +104,6 @@ struct Quality {
 }
 
 impl Quality {
-    fn of(patches: &[Measured]) -> Self {
-        Self {
-            folded: patches.iter().filter(|p| p.folded).count(),
-            distance: patches.iter().map(|p| p.distance).fold(0.0, f64::max),
-        }
-    }
-
     fn is_better(&self, other: &Self) -> bool {
         (self.folded, self.distance) < (other.folded, other.distance)
     }
@@ -119,8 +127,9 @@ fn measure(formula: &Formula, built: &Built, floor: f64) -> Vec<Measured> {
 
 /// The edges of every patch that is not good enough: the worst patch first, and of each first that edge whose wire is highest over its chord.
 /// Each with the middle of its wire.
-fn edges_to_divide(built: &Built, patches: &[Measured], goal: &AdaptGoal) -> Vec<([u32; 2], Point3)> {
-    let worst = Quality::of(patches).distance;
+fn edges_to_divide(made: &Made, goal: &AdaptGoal) -> Vec<([u32; 2], Point3)> {
+    let Made { built, patches, .. } = made;
+    let worst = made.quality().distance;
     let allowed = if goal.distance > 0.0 { goal.distance } else { SHARE_OF_WORST * worst };
     let badness = |p: &Measured| if p.folded { f64::INFINITY } else { p.distance };
     let mut bad: Vec<(usize, f64)> = patches.iter().map(badness).enumerate().collect();

@@ -16,7 +16,8 @@ use crate::field::Formula;
 use crate::geom::{Aabb, Vec3};
 use crate::inspect::{InspectOptions, inspect_rational};
 use crate::rational::{
-    BuildOptions, Built, Frame, FrameError, RationalSurface, build_with, is_folded_over, relax_folds,
+    BuildOptions, Built, Frame, FrameError, FrameSeam, RationalSurface, build_with, is_folded_over,
+    relax_folds,
 };
 use crate::report::Seconds;
 use crate::singular::mesh::{
@@ -98,9 +99,9 @@ const SAFETY: f64 = 0.9;
 const AIMS: usize = 4;
 /// Most triangles, if no number is given.
 const MOST_TRIANGLES: usize = 400_000;
-/// With a number of triangles, the share of them with which it begins; the others go where patches need them.
+/// If the mesh has more triangles than are wanted, the share of these with which it begins; the others go where patches need them.
 const FIRST_SHARE: f64 = 0.7;
-/// If the mesh has more than those, this share of the diagonal of the box is close enough for flat triangles.
+/// Then this share of the diagonal of the box is close enough for flat triangles.
 const LOOSE: f64 = 0.05;
 
 /// Rational patches over the surface of a polynomial; `progress` is told the name of each stage as it starts.
@@ -118,9 +119,8 @@ pub fn fit(
     let options = mesh_options(recipe);
     progress("mesh");
     let mut found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
-    let is_too_many = |n: &usize| found.mesh.triangles.len() > (FIRST_SHARE * *n as f64) as usize;
     let options = match recipe.size {
-        Size::Faces(n) if is_too_many(&n) => {
+        Size::Faces(n) if found.mesh.triangles.len() > n => {
             let first = (FIRST_SHARE * n as f64) as usize;
             let options = TriangulateOptions { triangles: Some(first), tolerance: LOOSE, ..options };
             found = seconds.measure("mesh", || triangulate(formula, degree, &set, &bounds, &options))?;
@@ -146,21 +146,19 @@ pub fn fit(
     };
     progress("patches");
     let target = FieldTarget::new(formula, bounds.diagonal());
-    let mut built = None;
-    for _ in 0..AIMS {
-        let made = seconds.measure("patches", || adapt(formula, &bounds, &mut found, &target, &goal))?;
-        let Size::Tolerance(tolerance) = recipe.size else {
-            built = Some(made);
-            break;
-        };
-        let distance = seconds.measure("distance", || distance(&made.surface, formula));
-        built = Some(made);
-        if distance <= tolerance {
-            break;
+    let mut patches =
+        |goal: &AdaptGoal| seconds.measure("patches", || adapt(formula, &bounds, &mut found, &target, goal));
+    let mut built = patches(&goal)?;
+    if let Size::Tolerance(tolerance) = recipe.size {
+        for _ in 1..AIMS {
+            let distance = distance(&built.surface, formula);
+            if distance <= tolerance {
+                break;
+            }
+            goal.distance *= SAFETY * tolerance / distance;
+            built = patches(&goal)?;
         }
-        goal.distance *= SAFETY * tolerance / distance;
     }
-    let Some(built) = built else { return Err(AlgebraicError::Empty) };
     let notes = notes(&found, &built);
     let Triangulated { mesh, .. } = found;
     Ok(FittedAlgebraic { surface: built.surface, mesh, set, bounds, notes, seconds })
@@ -268,9 +266,20 @@ fn notes(found: &Triangulated, built: &Built) -> Vec<Repair> {
             "what was found there is not as expected",
         ));
     }
+    let frame = built.surface.frame();
+    let sharp: Vec<&FrameSeam> = frame.seams.iter().filter(|s| s.second.is_some() && !s.smooth).collect();
+    if let Some(seam) = sharp.first() {
+        let [a, b] = frame.ends(seam.first);
+        let p = 0.5 * (frame.positions[a as usize] + frame.positions[b as usize]);
+        notes.push(note(
+            format!("edges where patches only meet: {}", sharp.len()),
+            format!("first near ({:.6}, {:.6}, {:.6})", p.x, p.y, p.z),
+            "patches with the same tangent planes along them fold",
+        ));
+    }
     let mut lost: BTreeSet<u32> =
         built.lost_normals.iter().map(|(f, c)| mesh.triangles[*f as usize][usize::from(*c)]).collect();
-    let corners = mesh.triangles.iter().zip(&built.surface.frame().normals);
+    let corners = mesh.triangles.iter().zip(&frame.normals);
     let relaxed = corners.flat_map(|(t, normals)| t.iter().zip(normals)).filter(|(_, n)| n.is_none());
     lost.extend(relaxed.map(|(v, _)| *v).filter(|v| !mesh.vertices[*v as usize].is_singular()));
     if let Some(v) = lost.first() {

@@ -13,15 +13,14 @@
 //! without a conic or a normal function, patches whose conditions have no solution, and how far tangent planes on edges are off.
 
 use super::algebraic::{self, AlgebraicError, AlgebraicRecipe, FittedAlgebraic};
-use super::apatch::{self, Ground, NormalSource};
-use super::rational::{FittedRational, RationalError, RationalRecipe};
-use super::triangulated::{Triangulated, word};
+use super::rational::{FittedRational, RationalError, RationalRecipe, Start};
+use super::triangulated::word;
 use crate::base::{FieldTarget, Repair};
 use crate::bernstein::{curve, index, triangle};
 use crate::field::Formula;
 use crate::geom::{Point3, Points, Vec3};
 use crate::io::read::PolygonMesh;
-use crate::mesh::{EdgeId, Place, creases};
+use crate::mesh::{EdgeId, Place};
 use crate::network::wire::{self, WireEnd};
 use crate::network::wire_conic::{Conic, ConicNormals};
 use crate::network::wire_cubic::{Cubic, CubicNormals};
@@ -62,18 +61,8 @@ pub fn fit(
     progress: &dyn Fn(&str),
 ) -> Result<FittedRational, RationalError> {
     let mut seconds = Seconds::default();
-    progress("mesh");
-    let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
-    progress("normals");
-    let source = apatch::source(given, recipe.normals, NormalSource::Loop);
+    let Start { base, source, sharp, normals, changed } = Start::new(given, recipe, &mut seconds, progress)?;
     let mesh = &base.mesh;
-    let sharp = match recipe.crease_angle {
-        Some(angle) => creases::by_angle(mesh, &base.positions, angle),
-        None => vec![false; mesh.edge_count()],
-    };
-    let ground = Ground { mesh, positions: &base.positions, sources: &base.sources };
-    let found = seconds.measure("normals", || apatch::normals_from(source, given, &ground, &sharp));
-    let (normals, changed) = found.map_err(|_| RationalError::NoNormals)?;
     let frame = Frame::over_mesh(mesh, &base.positions, &normals, &sharp);
     progress("patches");
     let (surface, outcome) = seconds.measure("patches", || over_frame(&frame, None, recipe.lattice))?;
@@ -81,8 +70,7 @@ pub fn fit(
     let of_face = |f: &u32| Place::Face(base.sources.face[*f as usize]);
     let of_wire = |w: &u32| base.sources.of_edge(mesh, EdgeId(*w));
     let places = Places { faces: &of_face, wires: &of_wire };
-    let mut repairs = base.repairs.clone();
-    repairs.extend(changed);
+    let mut repairs = [base.repairs.as_slice(), &changed].concat();
     repairs.extend(outcome.notes(&places));
     let folded = outcome.folded.iter().map(|f| base.sources.face[*f as usize]).collect();
     let sharp_edges = sharp.iter().filter(|sharp| **sharp).count();

@@ -9,7 +9,7 @@
 //! The surface goes through all vertices and has the normals there; it is G1 but across sharp edges. Where patches fold, normals are
 //! turned to see the faces around them better, then more edges become sharp, as for the spline of [`super::mesh_spline`].
 
-use super::apatch::{self, Ground, NormalSource};
+use super::apatch::{self, NormalSource};
 use super::mesh_spline::Sharpness;
 use super::triangulated::{Triangulated, TriangulationError, word};
 use crate::base::Repair;
@@ -17,7 +17,7 @@ use crate::geom::Vec3;
 use crate::hull::most_visible_direction;
 use crate::io::read::PolygonMesh;
 use crate::mesh::{FaceId, HalfEdgeId, HalfEdgeMesh, Place, PrepareOptions, VertexId, creases, normals};
-use crate::rational::{Built, Frame, FrameError, RationalSurface, build, folded_faces};
+use crate::rational::{Built, Folds, Frame, FrameError, RationalSurface, build, folds};
 use crate::report::Seconds;
 
 /// What the recipe is given besides the mesh. The default is a good choice for smooth meshes.
@@ -91,24 +91,16 @@ pub fn fit(
     progress: &dyn Fn(&str),
 ) -> Result<FittedRational, RationalError> {
     let mut seconds = Seconds::default();
-    progress("mesh");
-    let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
-    progress("normals");
-    let source = apatch::source(given, recipe.normals, NormalSource::Loop);
+    let start = Start::new(given, recipe, &mut seconds, progress)?;
+    let Start { base, source, sharp: asked, .. } = &start;
     let mesh = &base.mesh;
-    let edges = match recipe.crease_angle {
-        Some(angle) => creases::by_angle(mesh, &base.positions, angle),
-        None => vec![false; mesh.edge_count()],
-    };
-    let asked = edges.clone();
-    let sharpness = Sharpness { edges, corners: vec![false; mesh.vertex_count()] };
-    let found = seconds.measure("normals", || Attempt::new(given, &base, source, sharpness));
-    let mut attempt = found.map_err(|_| RationalError::NoNormals)?;
+    let mut attempt = Attempt::new(&start);
     progress("patches");
-    let folded = seconds.measure("folds", || attempt.unfold(recipe))?;
-    let Built { surface, lost_normals } = seconds.measure("patches", || build(&attempt.frame()))?;
+    let Folds { middles, faces: folded } = seconds.measure("folds", || attempt.unfold(recipe))?;
+    let Built { mut surface, lost_normals } = seconds.measure("patches", || build(&attempt.frame()))?;
+    middles.iter().for_each(|(patch, middle)| surface.set_middle(*patch, *middle));
 
-    let mut repairs = std::mem::take(&mut attempt.repairs);
+    let mut repairs = [base.repairs.as_slice(), &start.changed].concat();
     let of_faces = |faces: Vec<u32>| faces.into_iter().map(Place::Face).collect::<Vec<_>>();
     let source_of = |f: u32| base.sources.face[f as usize];
     let added = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()] && !asked[e.index()]);
@@ -116,7 +108,6 @@ pub fn fit(
     let moved: Vec<Place> = attempt.moved().map(|v| base.sources.of_vertex(v)).collect();
     let folded: Vec<u32> = folded.into_iter().map(source_of).collect();
     let lost = of_faces(lost_normals.into_iter().map(|(f, _)| source_of(f)).collect());
-    repairs.splice(0..0, base.repairs.iter().cloned());
     repairs.extend(word("normals moved", &moved, "patches there folded"));
     repairs.extend(word("edges made sharp", &added, "smooth patches folded there"));
     repairs.extend(word(
@@ -124,9 +115,47 @@ pub fn fit(
         &lost,
         "the planes of the sharp edges there have no line in common",
     ));
+    let filled: Vec<u32> = middles.into_iter().map(|(patch, _)| source_of(patch.0)).collect();
+    repairs.extend(word("middles of patches moved", &of_faces(filled), "the patches folded there"));
     repairs.extend(word("surface not certain", &of_faces(folded.clone()), "a patch folds over"));
     let sharp = mesh.edges().filter(|e| attempt.sharpness.edges[e.index()]).count();
-    Ok(FittedRational { surface, normals: source, sharp_edges: sharp, folded, repairs, seconds })
+    Ok(FittedRational { surface, normals: *source, sharp_edges: sharp, folded, repairs, seconds })
+}
+
+/// What patches over a mesh begin with.
+pub(super) struct Start {
+    pub base: Triangulated,
+    /// Where the normals come from.
+    pub source: NormalSource,
+    /// Of the edges: is one asked to be sharp?
+    pub sharp: Vec<bool>,
+    /// At the origin of each half edge.
+    pub normals: Vec<Vec3>,
+    /// What was changed for the sake of the normals.
+    pub changed: Vec<Repair>,
+}
+
+impl Start {
+    pub(super) fn new(
+        given: &PolygonMesh,
+        recipe: &RationalRecipe,
+        seconds: &mut Seconds,
+        progress: &dyn Fn(&str),
+    ) -> Result<Self, RationalError> {
+        progress("mesh");
+        let base = seconds.measure("mesh", || Triangulated::new(given, &recipe.prepare))?;
+        progress("normals");
+        let source = apatch::source(given, recipe.normals, NormalSource::Loop);
+        let Triangulated { mesh, positions, sources, .. } = &base;
+        let sharp = match recipe.crease_angle {
+            Some(angle) => creases::by_angle(mesh, positions, angle),
+            None => vec![false; mesh.edge_count()],
+        };
+        let ground = apatch::Ground { mesh, positions, sources };
+        let found = seconds.measure("normals", || apatch::normals_from(source, given, &ground, &sharp));
+        let (normals, changed) = found.map_err(|_| RationalError::NoNormals)?;
+        Ok(Self { base, source, sharp, normals, changed })
+    }
 }
 
 /// Normals and sharp edges that are tried.
@@ -137,21 +166,18 @@ struct Attempt<'a> {
     normals: Vec<Vec3>,
     /// Vertices at which normals were turned.
     turned: Vec<bool>,
-    repairs: Vec<Repair>,
 }
 
 impl<'a> Attempt<'a> {
-    fn new(
-        given: &PolygonMesh,
-        base: &'a Triangulated,
-        source: NormalSource,
-        sharpness: Sharpness,
-    ) -> Result<Self, apatch::APatchError> {
-        let ground = Ground { mesh: &base.mesh, positions: &base.positions, sources: &base.sources };
-        let (vectors, repairs) = apatch::normals_from(source, given, &ground, &sharpness.edges)?;
+    fn new(Start { base, sharp, normals, .. }: &'a Start) -> Self {
+        let vertices = base.mesh.vertex_count();
         let unit = |n: &Vec3| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
-        let normals = vectors.iter().map(unit).collect();
-        Ok(Self { base, sharpness, normals, turned: vec![false; base.mesh.vertex_count()], repairs })
+        Self {
+            base,
+            sharpness: Sharpness { edges: sharp.clone(), corners: vec![false; vertices] },
+            normals: normals.iter().map(unit).collect(),
+            turned: vec![false; vertices],
+        }
     }
 
     fn frame(&self) -> Frame {
@@ -162,26 +188,33 @@ impl<'a> Attempt<'a> {
         self.base.mesh.vertices().filter(|v| self.turned[v.index()])
     }
 
-    /// Changes normals, then edges, until no patch folds or nothing is left to try; gives the faces that still fold.
-    fn unfold(&mut self, recipe: &RationalRecipe) -> Result<Vec<u32>, FrameError> {
+    /// Changes normals, then middles of patches, then edges, until no patch folds or nothing is left to try; gives what still folds.
+    fn unfold(&mut self, recipe: &RationalRecipe) -> Result<Folds, FrameError> {
         let mesh = &self.base.mesh;
         let (mut rounds, mut sharpenings) = (recipe.rounds, recipe.sharpenings);
         loop {
-            let folded = folded_faces(&self.frame(), recipe.lattice)?;
-            if folded.is_empty() {
-                return Ok(folded);
+            let folds = folds(&self.frame(), recipe.lattice)?;
+            let vertices = |faces: &[FaceId]| -> Vec<VertexId> {
+                faces.iter().flat_map(|f| mesh.triangle(*f)).collect()
+            };
+            let mut faces: Vec<FaceId> = folds.faces.iter().map(|f| FaceId(*f)).collect();
+            if rounds > 0 {
+                faces.extend(folds.middles.iter().map(|(patch, _)| FaceId(patch.0)));
+                faces.sort_unstable();
             }
-            let faces: Vec<FaceId> = folded.iter().map(|f| FaceId(*f)).collect();
+            if faces.is_empty() {
+                return Ok(folds);
+            }
             if rounds > 0 {
                 rounds -= 1;
                 // The whole way in the last round.
                 let share = 1.0 / (rounds + 1) as f64;
-                faces.iter().flat_map(|f| mesh.triangle(*f)).for_each(|v| self.see_better(v, share));
+                vertices(&faces).into_iter().for_each(|v| self.see_better(v, share));
             } else if sharpenings > 0 && self.sharpness.sharpen(mesh, &self.base.positions, &faces, &[]) {
                 sharpenings -= 1;
-                faces.iter().flat_map(|f| mesh.triangle(*f)).for_each(|v| self.renew(v));
+                vertices(&faces).into_iter().for_each(|v| self.renew(v));
             } else {
-                return Ok(folded);
+                return Ok(folds);
             }
         }
     }

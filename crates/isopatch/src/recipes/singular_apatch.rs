@@ -7,18 +7,18 @@
 //! A-patches need an oriented manifold. The triangles around a singular edge are joined in pairs, each pair the border of a wedge in
 //! which f < 0: so the whole is the border of solids that touch each other in singular points and curves, where vertices are there
 //! once for each. Singular edges are creases: both patches of a pair end in one curve, and the curves of all pairs have the same
-//! ends and tangents, unless the hull makes a corner there. Where a vertex has no normal in a sheet, as at the tip of a cone, it is a corner.
+//! ends and tangents. Where a vertex has no normal in a sheet, as at the tip of a cone, it is a corner. If that is on a singular curve, or
+//! the hull makes a corner there, the curve leaves the vertex along its chord in all solids: each triangle has its own normal there.
 
 use crate::apatch::{self, APatchOptions, APatchSurface};
 use crate::base::Repair;
 use crate::field::Formula;
-use crate::geom::{Aabb, Point3, Vec3};
-use crate::hull::{self, HermiteError, HermiteMesh, HullOptions};
-use crate::mesh::{HalfEdgeMesh, MeshError};
+use crate::geom::{Point3, Vec3};
+use crate::hull::{self, CreaseCurve, HermiteError, HermiteMesh, Hull, HullOptions};
+use crate::mesh::{HalfEdgeId, HalfEdgeMesh, MeshError, VertexId, normals};
 use crate::rational::Frame;
 use crate::report::{APatchReport, Seconds};
 use crate::singular::mesh::{EdgeTag, SingularMesh};
-use crate::surface::{PatchId, Surface};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A finished surface.
@@ -62,32 +62,43 @@ pub fn over_conforming(
 ) -> Result<SingularAPatches, SingularAPatchError> {
     let mut seconds = Seconds::default();
     progress("sheets");
-    let solids = seconds.measure("sheets", || Solids::new(mesh))?;
-    let data = solids.hermite(formula, mesh)?;
-    progress("hull");
-    let hull = seconds.measure("hull", || hull::build(data, hull_options));
-    progress("patches");
-    let function = seconds.measure("patches", || apatch::build(hull, patch_options));
+    let solids = seconds.measure("sheets", || Solids::new(formula, mesh))?;
+    let mut straight = solids.tips_on_curves();
+    let (function, gap, parted) = loop {
+        progress("hull");
+        let data = solids.hermite(&straight)?;
+        let hull = seconds.measure("hull", || hull::build(data, hull_options));
+        progress("patches");
+        let function = seconds.measure("patches", || apatch::build(hull, patch_options));
+        let (gap, parted) = solids.gap(function.hull());
+        let before = straight.len();
+        straight.extend(parted.iter().flatten());
+        if straight.len() == before {
+            break (function, gap, parted.len());
+        }
+    };
     let mut repairs = repairs(&solids, &function);
     let figures = APatchReport { normals: Some("field".to_owned()), ..APatchReport::new(&function) };
     let surface = APatchSurface::new(function);
-    let (gap, parted) = gap(mesh, &solids, &surface);
     if parted > 0 {
         repairs.push(Repair {
             what: format!("sheets part on singular edges: {parted}"),
             place: format!("by up to {gap:.2e}"),
-            why: "corners were made at their ends, and sheets leave a corner in different directions"
-                .to_owned(),
+            why: "the hull changed normals at their ends".to_owned(),
         });
     }
     Ok(SingularAPatches { surface, figures, vertices: solids.vertices, gap, repairs, seconds })
 }
 
 /// A conforming mesh cut apart.
-struct Solids {
+struct Solids<'a> {
+    formula: &'a Formula,
+    whole: &'a SingularMesh,
     mesh: HalfEdgeMesh,
     /// The vertex of the whole mesh that each vertex is.
     vertices: Vec<u32>,
+    /// Of each triangle: the normals of its sheet at its corners; none where the sheet has none.
+    normals: Vec<[Option<Vec3>; 3]>,
     /// Edges of the whole mesh at which triangles found no partner.
     unpaired: usize,
 }
@@ -95,10 +106,10 @@ struct Solids {
 /// A triangle and its edge k, from corner k to k + 1.
 type Side = (u32, usize);
 
-impl Solids {
-    fn new(mesh: &SingularMesh) -> Result<Self, MeshError> {
-        let (pairs, unpaired) = pairs(mesh);
-        let mut parents: Vec<usize> = (0..3 * mesh.triangles.len()).collect();
+impl<'a> Solids<'a> {
+    fn new(formula: &'a Formula, whole: &'a SingularMesh) -> Result<Self, MeshError> {
+        let (pairs, unpaired) = pairs(whole);
+        let mut parents: Vec<usize> = (0..3 * whole.triangles.len()).collect();
         for [(s, i), (t, j)] in pairs {
             let corner = |t: u32, k: usize| 3 * t as usize + k % 3;
             join(&mut parents, corner(s, i), corner(t, j + 1));
@@ -106,8 +117,8 @@ impl Solids {
         }
         let mut numbers = HashMap::new();
         let mut vertices = Vec::new();
-        let mut faces = Vec::with_capacity(mesh.triangles.len());
-        for (t, corners) in mesh.triangles.iter().enumerate() {
+        let mut faces = Vec::with_capacity(whole.triangles.len());
+        for (t, corners) in whole.triangles.iter().enumerate() {
             faces.push([0, 1, 2].map(|k| {
                 *numbers.entry(root(&mut parents, 3 * t + k)).or_insert_with(|| {
                     vertices.push(corners[k]);
@@ -115,49 +126,113 @@ impl Solids {
                 })
             }));
         }
-        Ok(Self { mesh: HalfEdgeMesh::from_faces(vertices.len(), &faces)?, vertices, unpaired })
+        let is_singular: Vec<bool> = whole.vertices.iter().map(|kind| kind.is_singular()).collect();
+        let SingularMesh { positions, triangles, normals, singular_edges, .. } = whole;
+        let frame =
+            Frame::over_sheets(positions.clone(), triangles.clone(), normals, singular_edges, &is_singular);
+        let mesh = HalfEdgeMesh::from_faces(vertices.len(), &faces)?;
+        Ok(Self { formula, whole, mesh, vertices, normals: frame.normals, unpaired })
     }
 
-    /// Gradients and creases.
-    fn hermite(&self, formula: &Formula, whole: &SingularMesh) -> Result<HermiteMesh, HermiteError> {
+    /// The vertex of the whole mesh from which a half edge starts.
+    fn origin(&self, h: HalfEdgeId) -> u32 {
+        self.vertices[self.mesh.origin(h).index()]
+    }
+
+    /// Vertices at which a corner has no normal, those on singular curves by their numbers in the whole mesh.
+    fn tips_on_curves(&self) -> BTreeSet<u32> {
+        let on_curve: BTreeSet<u32> = self.whole.singular_edges.iter().flatten().copied().collect();
+        let tips = self.mesh.half_edges().filter(|h| self.normal(*h).is_none()).map(|h| self.origin(h));
+        tips.filter(|v| on_curve.contains(v)).collect()
+    }
+
+    /// The normal of the sheet at the corner where a half edge starts.
+    fn normal(&self, h: HalfEdgeId) -> Option<Vec3> {
+        self.normals[self.mesh.face(h).index()][self.mesh.side(h)]
+    }
+
+    /// Gradients and creases; singular curves leave the vertices `straight`, of the whole mesh, along their chords.
+    fn hermite(&self, straight: &BTreeSet<u32>) -> Result<HermiteMesh, HermiteError> {
         use crate::field::Field;
-        let is_singular: Vec<bool> = whole.vertices.iter().map(|kind| kind.is_singular()).collect();
-        let frame = Frame::over_sheets(
-            whole.positions.clone(),
-            whole.triangles.clone(),
-            &whole.normals,
-            &whole.singular_edges,
-            &is_singular,
-        );
+        let Self { whole, mesh, .. } = self;
         let positions: Vec<Point3> = self.vertices.iter().map(|v| whole.positions[*v as usize]).collect();
-        let singular: BTreeSet<[u32; 2]> = whole.singular_edges.iter().copied().collect();
-        let tips: BTreeSet<u32> = self
-            .mesh
-            .half_edges()
-            .filter(|h| frame.normals[self.mesh.face(*h).index()][self.mesh.side(*h)].is_none())
-            .map(|h| self.mesh.origin(h).0)
-            .collect();
-        let gradients = self.mesh.half_edges().map(|h| {
-            let (f, k) = (self.mesh.face(h).index(), self.mesh.side(h));
-            let v = self.vertices[self.mesh.origin(h).index()] as usize;
-            let is_tip = tips.contains(&self.mesh.origin(h).0);
-            match frame.normals[f][k].filter(|_| !is_tip) {
+        let is_straight = |v: VertexId| straight.contains(&self.vertices[v.index()]);
+        let mut tips: BTreeSet<VertexId> = mesh.vertices().filter(|v| is_straight(*v)).collect();
+        tips.extend(mesh.half_edges().filter(|h| self.normal(*h).is_none()).map(|h| mesh.origin(h)));
+        let gradients = mesh.half_edges().map(|h| {
+            let (f, v) = (mesh.face(h), mesh.origin(h));
+            match self.normal(h).filter(|_| !tips.contains(&v)) {
                 // A gradient with its length makes quadrics exact; on a singular vertex there is only a direction.
-                Some(_) if !is_singular[v] => formula.gradient(whole.positions[v]).1,
+                Some(_) if !whole.vertices[self.origin(h) as usize].is_singular() => {
+                    self.formula.gradient(positions[v.index()]).1
+                }
                 Some(n) => n,
-                None => whole.normals[f][k],
+                None if is_straight(v) => normals::of_face(mesh, &positions, f),
+                None => whole.normals[f.index()][mesh.side(h)],
             }
         });
         let gradients: Vec<Vec3> = gradients.collect();
-        let sharp = self.mesh.edges().map(|e| {
-            let h = self.mesh.edge_half_edge(e);
-            let ends = [self.mesh.origin(h), self.mesh.origin(self.mesh.next(h))];
-            let of_whole = ends.map(|v| self.vertices[v.index()]);
-            let [a, b] = of_whole;
-            ends.iter().any(|v| tips.contains(&v.0)) || singular.contains(&[a.min(b), a.max(b)])
+        let sharp = mesh.edges().map(|e| {
+            let h = mesh.edge_half_edge(e);
+            let ends = [mesh.origin(h), mesh.dest(h)];
+            ends.iter().any(|v| tips.contains(v)) || self.singular_edge(ends).is_some()
         });
         let sharp = sharp.collect();
-        HermiteMesh::with_creases(self.mesh.clone(), positions, gradients, sharp)
+        HermiteMesh::with_creases(mesh.clone(), positions, gradients, sharp)
+    }
+
+    /// The singular edge between two vertices, by its ends in the whole mesh, the smaller first; none if there is none.
+    fn singular_edge(&self, ends: [VertexId; 2]) -> Option<[u32; 2]> {
+        let [a, b] = ends.map(|v| self.vertices[v.index()]);
+        let sorted = [a.min(b), a.max(b)];
+        self.whole.singular_edges.binary_search(&sorted).is_ok().then_some(sorted)
+    }
+
+    /// The largest distance between the curves over one singular edge, and the edges where they are not the same.
+    fn gap(&self, hull: &Hull) -> (f64, Vec<[u32; 2]>) {
+        let (data, mesh) = (hull.data(), hull.data().mesh());
+        // Of each edge, and each edge of a solid that it is: the curves of its pieces.
+        let mut curves: BTreeMap<[u32; 2], BTreeMap<[VertexId; 2], Vec<CreaseCurve>>> = BTreeMap::new();
+        for e in mesh.edges() {
+            let mut source = hull.source_edge(e);
+            source.sort_by_key(|v| self.vertices[v.index()]);
+            let Some((edge, mut curve)) = self.singular_edge(source).zip(data.crease_curve(e)) else {
+                continue;
+            };
+            let start = self.whole.positions[edge[0] as usize];
+            if (curve.net[3] - start).norm_squared() < (curve.net[0] - start).norm_squared() {
+                curve.net.reverse();
+            }
+            curves.entry(edge).or_default().entry(source).or_default().push(curve);
+        }
+        let same = SAME * data.diagonal();
+        let mut found = (0.0f64, Vec::new());
+        for (edge, copies) in curves {
+            let copies: Vec<Vec<CreaseCurve>> = copies.into_values().collect();
+            let apart = copies.iter().map(|copy| apart(copy, &copies[0])).fold(0.0, f64::max);
+            found.0 = found.0.max(apart);
+            if apart > same {
+                found.1.push(edge);
+            }
+        }
+        found
+    }
+}
+
+/// Curves that are no farther apart than this share of the diagonal are the same to rounding.
+const SAME: f64 = 1e-12;
+
+/// A bound of the distance between two curves, each in pieces: of control points, or of those from the chord where the pieces are not alike.
+fn apart(a: &[CreaseCurve], b: &[CreaseCurve]) -> f64 {
+    let off_chord = |curve: &CreaseCurve| {
+        let [start, .., end] = curve.net;
+        let chord = (end - start).normalize();
+        curve.net.iter().map(|p| (p - start).cross(&chord).norm()).fold(0.0, f64::max)
+    };
+    match (a, b) {
+        _ if a.iter().chain(b).all(|curve| curve.is_straight) => 0.0,
+        ([a], [b]) => a.net.iter().zip(&b.net).map(|(p, q)| (p - q).norm()).fold(0.0, f64::max),
+        _ => a.iter().chain(b).map(off_chord).fold(0.0, f64::max),
     }
 }
 
@@ -217,44 +292,7 @@ fn join(parents: &mut [usize], a: usize, b: usize) {
     parents[a.max(b)] = a.min(b);
 }
 
-/// Points along a singular edge at which the curves of its pairs are compared.
-const ALONG: usize = 8;
-/// Curves that are no farther apart than this share of the diagonal are the same to rounding.
-const SAME: f64 = 1e-12;
-
-/// The largest distance between the curves over one singular edge, and the number of edges where they are not the same.
-fn gap(whole: &SingularMesh, solids: &Solids, surface: &APatchSurface) -> (f64, usize) {
-    let mesh = &solids.mesh;
-    let mut curves: BTreeMap<[u32; 2], Vec<[Point3; ALONG + 1]>> = BTreeMap::new();
-    for e in mesh.edges() {
-        let h = mesh.edge_half_edge(e);
-        let ends = [mesh.origin(h), mesh.origin(mesh.next(h))].map(|v| solids.vertices[v.index()]);
-        let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-        if whole.singular_edges.binary_search(&sorted).is_ok() {
-            let k = mesh.side(h);
-            let mut points: [Point3; ALONG + 1] = std::array::from_fn(|i| {
-                let t = i as f64 / ALONG as f64;
-                let mut l = [0.0; 3];
-                (l[k], l[(k + 1) % 3]) = (1.0 - t, t);
-                surface.sample(PatchId(mesh.face(h).0), [l[0], l[1]]).point
-            });
-            if ends != sorted {
-                points.reverse();
-            }
-            curves.entry(sorted).or_default().push(points);
-        }
-    }
-    let same = SAME * Aabb::around(&whole.positions).diagonal();
-    let mut found = (0.0f64, 0);
-    for copies in curves.values() {
-        let apart = copies.iter().flat_map(|c| c.iter().zip(&copies[0])).map(|(p, q)| (p - q).norm());
-        let apart = apart.fold(0.0, f64::max);
-        found = (found.0.max(apart), found.1 + usize::from(apart > same));
-    }
-    found
-}
-
-fn repairs(solids: &Solids, function: &apatch::APatchFunction) -> Vec<Repair> {
+fn repairs(solids: &Solids<'_>, function: &apatch::APatchFunction) -> Vec<Repair> {
     let hull = function.hull();
     let copies = solids.vertices.len() - solids.vertices.iter().collect::<BTreeSet<_>>().len();
     let lines = [
