@@ -39,7 +39,7 @@ const MEETING_STEPS: usize = 20;
 /// Above this cosine of the angle between their tangents, two curves at one place are one.
 const PARALLEL: f64 = 0.9;
 /// How often arcs are followed again, with special points that were missed.
-const REPAIRS: usize = 2;
+const REPAIRS: usize = 4;
 /// How far from a box its curve is looked for, in diagonals of the box.
 const REACH: f64 = 1.5;
 
@@ -152,10 +152,15 @@ pub(super) fn find(
     }
     let mut places = merged(&search.degenerate);
     let mut arcs = arcs(unit, &search.along, &places);
+    let mut undecided = Vec::new();
     for _ in 0..REPAIRS {
-        let mut more = missed(unit, &arcs, &places)?;
-        more.extend(uncovered(unit, &search.along, &arcs, &places));
-        let all = merged(&[places.clone(), more].concat());
+        let mut all = merged(&[places.clone(), missed(unit, &arcs, &places)?].concat());
+        if all.len() == places.len() {
+            let rest = uncovered(unit, &search.along, &arcs, &places)?;
+            search.simple.extend(rest.simple);
+            undecided = rest.cells;
+            all = merged(&[places.clone(), rest.points].concat());
+        }
         if all.len() == places.len() {
             break;
         }
@@ -169,6 +174,8 @@ pub(super) fn find(
     set.points = distinct(simple.into_iter().chain(degenerate), SAME * unit.scale);
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
     set.tau = TAU;
+    let groups = clusters(&undecided);
+    set.undecided = groups.iter().map(|g| unit.model_box(&hull(g.iter().map(|i| &undecided[*i])))).collect();
     let isolated = set.points.iter().enumerate().filter(|(_, p)| p.kind == PointKind::Isolated);
     set.lower_dimensional.extend(isolated.map(|(i, _)| LowerDimensional::Point(i)));
     debug_assert!(set.points.iter().all(|p| p.status >= Status::Numerical));

@@ -1,6 +1,6 @@
 //! What is found out about the singular set of a surface in a box.
 
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Aabb, Point3, Vec3};
 
 /// How sure an element is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -138,6 +138,10 @@ pub struct SingularSet {
     pub special: Vec<SpecialPoint>,
     /// Parts of the real surface with no sheet of it near them.
     pub lower_dimensional: Vec<LowerDimensional>,
+    /// Boxes, in model units, in which it is not known whether there is more: bounds could not show that they hold no
+    /// singular point, and Newton's method found none. Everywhere else bounds show it, but for what is closer to a listed
+    /// point or arc than a thousandth of the box.
+    pub undecided: Vec<Aabb>,
     /// Where the status is numerical, |f| is at most this, relative to the largest Bernstein coefficient of f in the box.
     pub tau: f64,
 }

@@ -124,12 +124,10 @@ impl Tracer<'_> {
                 samples.push(last);
                 return (samples, Some(End::Side(last.at)));
             }
+            // One of the samples around the seed is within half a step of it; those on the way out are farther than a step.
             let back = next.at - seed.at;
-            if samples.len() > 3
-                && back.norm() < 0.75 * length.max(STEP)
-                && direction.dot(&next.tangent) > 0.5
-            {
-                if direction.dot(&back) < 0.0 && back.norm() > 0.25 * STEP {
+            if samples.len() > 3 && back.norm() < 0.75 * length && direction.dot(&next.tangent) > 0.5 {
+                if direction.dot(&back) < 0.0 && back.norm() > 0.25 * length {
                     samples.push(next);
                 }
                 return (samples, None);

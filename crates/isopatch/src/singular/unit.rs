@@ -4,7 +4,7 @@
 use super::taylor::{ORDER, Taylor};
 use crate::bernstein::tensor::TensorNet;
 use crate::field::{Exponents, QuadraticPolynomial};
-use crate::geom::{Aabb, Point3};
+use crate::geom::{Aabb, Point3, Vec3};
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
@@ -77,6 +77,11 @@ impl UnitPolynomial {
         self.center + self.scale * u
     }
 
+    /// The box in model units.
+    pub fn model_box(&self, b: &Aabb) -> Aabb {
+        Aabb::new(self.model(b.min), self.model(b.max))
+    }
+
     /// Total degree.
     pub fn degree(&self) -> usize {
         self.terms.iter().map(|(e, _)| e.iter().sum::<u32>() as usize).max().unwrap_or(0)
@@ -106,7 +111,7 @@ impl UnitPolynomial {
 
     /// The net of f on a box, from the exact coefficients: every coefficient is right to the rounding of the largest.
     pub fn net(&self, cell: &Aabb) -> TensorNet {
-        self.net_of(self.degrees, self.terms.iter().cloned(), 1, cell).0
+        self.net_of(self.degrees, self.terms.iter().cloned(), &BigInt::one(), cell).0
     }
 
     /// The net of the derivative by the parameter of an axis, in units of the whole coefficients: those of the three
@@ -122,8 +127,27 @@ impl UnitPolynomial {
             lower[axis] -= 1;
             (lower, c * e[axis])
         });
-        let (net, scale) = self.net_of(degrees, terms, self.degrees[axis] as u32, cell);
+        let (net, scale) = self.net_of(degrees, terms, &BigInt::from(self.degrees[axis]), cell);
         net.scaled(scale * (cell.max[axis] - cell.min[axis]))
+    }
+
+    /// The net of the derivative in a direction, up to a positive factor: summed before it is rounded, so that what
+    /// cancels is gone.
+    pub fn directional_net(&self, direction: Vec3, cell: &Aabb) -> TensorNet {
+        /// Binary digits of the direction.
+        const DIGITS: u64 = 64;
+        let weights = [0, 1, 2].map(|a| {
+            (exact(direction[a]) * BigRational::from(BigInt::one() << DIGITS)).to_integer()
+        });
+        let terms = weights.iter().enumerate().flat_map(|(axis, weight)| {
+            self.terms.iter().filter(move |(e, _)| e[axis] > 0).map(move |(e, c)| {
+                let mut lower = *e;
+                lower[axis] -= 1;
+                (lower, c * e[axis] * weight)
+            })
+        });
+        let growth: BigInt = weights.iter().zip(self.degrees).map(|(w, n)| w.abs() * n).sum();
+        self.net_of(self.degrees, terms, &growth, cell).0
     }
 
     /// The net of a polynomial on a box, scaled to size 1, and the factor to its values; `growth` bounds what
@@ -132,7 +156,7 @@ impl UnitPolynomial {
         &self,
         degrees: [usize; 3],
         terms: impl Iterator<Item = (Exponents, BigInt)>,
-        growth: u32,
+        growth: &BigInt,
         cell: &Aabb,
     ) -> (TensorNet, f64) {
         let mut dense = Dense::new(degrees, terms);
