@@ -125,6 +125,20 @@ impl Cell {
         h.iter().all(|entry| entry.contains(0.0)) && minors_may_vanish(&thirds)
     }
 
+    /// Has the derivative in an eigendirection of the mean Hessian a sign in the box? Then no critical point is there. Where
+    /// sheets almost touch, the derivatives by the coordinates do not tell, because one direction drowns the others.
+    pub fn rises(&self) -> bool {
+        let gradient = self.gradient();
+        let second = symmetric(|a, b| mean(&gradient[a].derivative(b)));
+        let hessian = Mat3::from_fn(|a, b| second[pair(a, b)]);
+        if !hessian.iter().all(|v| v.is_finite()) {
+            return false;
+        }
+        let directions = hessian.symmetric_eigen().eigenvectors;
+        let nets = [0, 1, 2].map(|a| at_degrees(&gradient[a], self.net.degrees));
+        directions.column_iter().any(|d| !combination(&nets, [d.x, d.y, d.z]).contains(0.0))
+    }
+
     /// Krawczyk's test for ∇f = 0: K(X) = m − Y ∇f(m) + (I − Y ∇²f(X))(X − m), with Y near the inverse of the Hessian.
     /// K(X) inside X: exactly one critical point; K(X) beside X: none.
     pub fn critical(&self) -> Critical {
@@ -169,6 +183,30 @@ impl Cell {
             Critical::Unknown
         }
     }
+}
+
+fn mean(net: &TensorNet) -> f64 {
+    net.coefficients.iter().sum::<f64>() / net.coefficients.len() as f64
+}
+
+/// A derivative with the degrees of the function.
+fn at_degrees(net: &TensorNet, degrees: [usize; 3]) -> TensorNet {
+    let mut net = net.clone();
+    for axis in 0..3 {
+        while net.degrees[axis] < degrees[axis] {
+            net = net.elevated(axis);
+        }
+    }
+    net
+}
+
+/// The range of Σ w_a g_a, for nets of the same degrees and weights of at most 1.
+fn combination(nets: &[TensorNet; 3], weights: [f64; 3]) -> Interval {
+    let [g, h, k] = nets.each_ref().map(|net| &net.coefficients);
+    let sums = (0..g.len()).map(|i| weights[0] * g[i] + weights[1] * h[i] + weights[2] * k[i]).collect();
+    // Three products and two sums.
+    let error = nets.iter().map(|net| net.error + 4.0 * f64::EPSILON * net.magnitude()).sum();
+    TensorNet::new(nets[0].degrees, sums, error).range()
 }
 
 /// Might all three vanish at one point? No if one has a sign, or if their combination with their means has.

@@ -59,6 +59,7 @@ fn parts(cell: &Cell, stratum: Stratum) -> (Vec<Cell>, Vec<Aabb>) {
             // At a critical point with regular Hessian no other stratum is.
             Critical::One(bounds) => found.push(bounds),
             Critical::None => {}
+            Critical::Unknown if part.rises() => {}
             Critical::Unknown => kept.push(part),
         }
     }
