@@ -4,7 +4,7 @@ use super::SingularError;
 use super::cell::{Cell, Stratum};
 use super::cluster::{clusters, hull};
 use super::graph::graph;
-use super::points::Algebraic;
+use super::points::{Algebraic, nearest};
 use super::set::{CurveSample, LowerDimensional, PointKind, SingularPoint, SingularSet, Status};
 use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
@@ -33,6 +33,8 @@ const COMPACT: f64 = 8.0;
 const SAME: f64 = 1e-9;
 /// Half the side of the box around the end of a lost arc in which a special point is looked for.
 const AROUND: f64 = 1.7e-2;
+/// Ends of arcs that could not be followed, and that are closer than this, are one point.
+const TOGETHER: f64 = 1e-5;
 /// Arcs that are continued meet if they come this close, in unit coordinates.
 const MEETING: f64 = 1e-8;
 const MEETING_STEPS: usize = 20;
@@ -154,7 +156,7 @@ pub(super) fn find(
     let mut arcs = arcs(unit, &search.along, &places);
     let mut undecided = Vec::new();
     for _ in 0..REPAIRS {
-        let mut all = merged(&[places.clone(), missed(unit, &arcs, &places)?].concat());
+        let mut all = merged(&[places.clone(), missed(&algebraic, &arcs, &places)?].concat());
         if all.len() == places.len() {
             let rest = uncovered(unit, &search.along, &arcs, &places)?;
             search.simple.extend(rest.simple);
@@ -189,15 +191,16 @@ pub(super) fn lexicographic(a: &Point3, b: &Point3) -> std::cmp::Ordering {
 
 /// Special points that subdivision has not told apart from the curves: looked for where arcs could not be followed.
 fn missed(
-    f: &UnitPolynomial,
+    algebraic: &Algebraic,
     arcs: &[Arc],
     places: &[(Point3, f64)],
 ) -> Result<Vec<(Point3, f64)>, SingularError> {
+    let ends = arcs.iter().flat_map(|arc| arc.ends.iter().flatten());
+    let every: Vec<Point3> =
+        ends.filter_map(|end| if let End::Lost(p) = end { Some(*p) } else { None }).collect();
     let mut lost: Vec<Point3> = Vec::new();
-    for end in arcs.iter().flat_map(|arc| arc.ends.iter().flatten()) {
-        if let End::Lost(p) = end
-            && !lost.iter().any(|q| (p - q).norm() < AROUND)
-        {
+    for p in &every {
+        if !lost.iter().any(|q| (p - q).norm() < AROUND) {
             lost.push(*p);
         }
     }
@@ -217,17 +220,51 @@ fn missed(
             found.push((at, MEETING));
             continue;
         }
-        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
-            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
-            let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
-            let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
-            if !located.extended && !points.is_empty() {
-                found.extend(points);
-                break;
-            }
+        let mut located = strata_near(algebraic.unit, p, places)?;
+        if located.is_empty() {
+            located.extend(where_ends_are(algebraic, p, &every, places));
         }
+        found.extend(located);
     }
     Ok(found)
+}
+
+/// Points of the strata that are told apart near the end of a lost arc, but for those that are known.
+fn strata_near(
+    f: &UnitPolynomial,
+    p: Point3,
+    places: &[(Point3, f64)],
+) -> Result<Vec<(Point3, f64)>, SingularError> {
+    for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
+        let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
+        let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
+        let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
+        if !located.extended && !points.is_empty() {
+            return Ok(points);
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// Where arcs were followed so closely to a point that has no regular equations that they end together: at the rational
+/// singular point there, or at one of the ends.
+fn where_ends_are(
+    algebraic: &Algebraic,
+    p: Point3,
+    ends: &[Point3],
+    places: &[(Point3, f64)],
+) -> Option<(Point3, f64)> {
+    let distances: Vec<f64> = ends.iter().map(|q| (q - p).norm()).filter(|d| *d < TOGETHER).collect();
+    if distances.len() < 2 || places.iter().any(|(q, _)| (p - q).norm() < AROUND) {
+        return None;
+    }
+    let radius = distances.iter().fold(f64::EPSILON, |m, d| m.max(*d));
+    let exact = algebraic.exact_place(p, TOGETHER).map(|q| (nearest(&q) - algebraic.unit.center) / algebraic.unit.scale);
+    let is_regular = |q: Point3| {
+        let tracer = Tracer { f: algebraic.unit, special: &[], bounds: algebraic.unit.bounds };
+        tracer.foot(q, SAME).is_some()
+    };
+    Some(exact.filter(|q| !is_regular(*q)).map_or((p, radius), |q| (q, f64::EPSILON)))
 }
 
 /// The samples of an arc towards each end that was lost near p.

@@ -140,7 +140,7 @@ pub struct SingularSet {
     pub lower_dimensional: Vec<LowerDimensional>,
     /// Boxes, in model units, in which it is not known whether there is more: bounds could not show that they hold no
     /// singular point, and Newton's method found none. Everywhere else bounds show it, but for what is closer to a listed
-    /// point or arc than a thousandth of the box.
+    /// arc than a thousandth of the box, or closer to a listed point than a hundredth.
     pub undecided: Vec<Aabb>,
     /// Where the status is numerical, |f| is at most this, relative to the largest Bernstein coefficient of f in the box.
     pub tau: f64,

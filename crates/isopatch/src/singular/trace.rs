@@ -19,7 +19,7 @@ const APPROACH: f64 = 0.3;
 /// At this distance from a special point, the curve has arrived there.
 const ARRIVED: f64 = 1e-4;
 /// A curve that can't be followed any farther, and is no farther than this from a special point, ends there.
-const NEAR: f64 = 2e-2;
+pub(super) const NEAR: f64 = 2e-2;
 /// Most samples of one arc.
 const MOST_SAMPLES: usize = 200_000;
 /// Along a curve the Jacobian has rank 2: the second singular value is above this part of the first, the third below that

@@ -5,7 +5,7 @@ use super::cell::{Cell, Stratum};
 use super::cluster::{clusters, hull};
 use super::precise::{critical_point, critical_point_across};
 use super::subdivide::{MOST_CELLS, refine};
-use super::trace::{Arc, STEP};
+use super::trace::{Arc, NEAR, STEP};
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, BoxTree, Point3};
 use rayon::prelude::*;
@@ -81,6 +81,9 @@ pub(super) fn uncovered(
         simple.extend(rest.found);
         cells = rest.cells;
     }
+    if cells.len() > MOST {
+        return Ok(Uncovered { points: Vec::new(), simple, cells });
+    }
     let groups = clusters(&cells);
     let found: Vec<Vec<Point3>> = groups
         .par_iter()
@@ -107,10 +110,9 @@ struct Explained {
 
 impl Explained {
     fn new(arcs: &[Arc], places: &[(Point3, f64)]) -> Self {
-        let samples = arcs.iter().flat_map(|arc| &arc.samples).map(|s| s.at);
-        let all = samples.chain(places.iter().map(|(p, _)| *p));
-        let boxes: Vec<Aabb> = all.map(|p| Aabb::new(p, p).grown(STEP)).collect();
-        Self { tree: BoxTree::new(&boxes) }
+        let samples = arcs.iter().flat_map(|arc| &arc.samples).map(|s| Aabb::new(s.at, s.at).grown(STEP));
+        let special = places.iter().map(|(p, _)| Aabb::new(*p, *p).grown(NEAR));
+        Self { tree: BoxTree::new(&samples.chain(special).collect::<Vec<_>>()) }
     }
 
     fn holds(&self, cell: &Cell) -> bool {
