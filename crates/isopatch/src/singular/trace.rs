@@ -2,6 +2,7 @@
 
 use super::deflation::{Foot, System, solve};
 use super::set::CurveSample;
+use super::taylor::{sum, unit};
 use super::tolerance::is_singular;
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, Point3, Vec3};
@@ -26,6 +27,8 @@ const MOST_SAMPLES: usize = 200_000;
 /// part of the second.
 const RANK_TWO: f64 = 1e-7;
 const NOT_THREE: f64 = 1e-3;
+/// A Hessian with entries below this part of the third derivatives is zero: it is known to the square root of rounding.
+const FLAT: f64 = 1e-7;
 /// Outside of the box by less than this is rounding.
 pub(super) const OUTSIDE: f64 = 1e-9;
 
@@ -62,7 +65,21 @@ impl Tracer<'_> {
     /// The point of a singular curve nearest to `start`, with the simplest equations that are regular there; none within
     /// `reach`.
     pub fn foot(&self, start: Point3, reach: f64) -> Option<(System, Foot)> {
-        System::ALL.iter().find_map(|&system| Some((system, self.on_curve(system, start, reach)?)))
+        System::ALL.iter().find_map(|&system| {
+            let foot = self.on_curve(system, start, reach)?;
+            // Where the Hessian vanishes, its minors are regular by rounding only.
+            (system != System::RankOne || !self.is_flat(foot.at)).then_some((system, foot))
+        })
+    }
+
+    /// Does the Hessian vanish, compared with third derivatives?
+    fn is_flat(&self, p: Point3) -> bool {
+        let taylor = self.f.taylor(p);
+        let third = (0..3).flat_map(|a| (a..3).flat_map(move |b| (b..3).map(move |c| [a, b, c])));
+        let largest = third.fold(0.0, |m: f64, [a, b, c]| {
+            m.max(taylor.derivative(sum(unit(a), sum(unit(b), unit(c)))).abs())
+        });
+        taylor.hessian().amax() <= FLAT * largest
     }
 
     fn on_curve(&self, system: System, start: Point3, reach: f64) -> Option<Foot> {

@@ -69,7 +69,7 @@ pub(super) fn uncovered(
     let mut cells = cells.to_vec();
     let mut simple = Vec::new();
     for level in 0..=LEVELS {
-        cells.retain(|cell| !explained.holds(cell));
+        cells.retain(|cell| cell.bounds.overlaps(&f.bounds) && !explained.holds(cell));
         if cells.len() < MOST_EXACT {
             let holds_none = |cell: &Cell| !may_be_singular(f, cell);
             cells = cells.into_par_iter().filter(|cell| !holds_none(cell)).collect();
