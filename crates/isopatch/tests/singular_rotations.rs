@@ -130,7 +130,7 @@ fn same_arcs(name: &str, turned: &Turned, old: &SingularSet, new: &SingularSet, 
     let after = samples(new, &|p| p);
     for (from, to) in [(&before, &after), (&after, &before)] {
         // One in four will do.
-        for (p, kind) in from.iter().filter(|(p, _)| turned.holds(*p, 0.0)).step_by(4) {
+        for (p, kind) in from.iter().filter(|(p, _)| turned.holds(*p, SPECIAL * size)).step_by(4) {
             let same = to.iter().filter(|(_, k)| k == kind).map(|(q, _)| (p - q).norm());
             let distance = same.fold(f64::INFINITY, f64::min);
             // Half of the way between samples, which are farther apart in an enlarged surface.

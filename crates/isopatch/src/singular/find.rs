@@ -259,7 +259,9 @@ fn where_ends_are(
         return None;
     }
     let radius = distances.iter().fold(f64::EPSILON, |m, d| m.max(*d));
-    let exact = algebraic.exact_place(p, TOGETHER).map(|q| (nearest(&q) - algebraic.unit.center) / algebraic.unit.scale);
+    let exact = algebraic
+        .exact_place(p, TOGETHER)
+        .map(|q| (nearest(&q) - algebraic.unit.center) / algebraic.unit.scale);
     let is_regular = |q: Point3| {
         let tracer = Tracer { f: algebraic.unit, special: &[], bounds: algebraic.unit.bounds };
         tracer.foot(q, SAME).is_some()

@@ -7,8 +7,10 @@ use super::tolerance::is_singular;
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, Point3, Vec3};
 
-/// Distance of samples, in unit coordinates: a thousandth of the box.
-pub(super) const STEP: f64 = 2e-3;
+/// Distance of samples, in unit coordinates: no point of a curve is farther than a thousandth of the box from one.
+pub(super) const STEP: f64 = 1.9e-3;
+/// A sample of a closed curve this close to its first one, in steps, is left out.
+const REPEATED: f64 = 0.02;
 /// A step shorter than this leads nowhere.
 const SHORTEST: f64 = 1e-7;
 /// A step is taken again at half its length where the curve is farther than this part of it from the tangent, or where
@@ -144,7 +146,7 @@ impl Tracer<'_> {
             // One of the samples around the seed is within half a step of it; those on the way out are farther than a step.
             let back = next.at - seed.at;
             if samples.len() > 3 && back.norm() < 0.75 * length && direction.dot(&next.tangent) > 0.5 {
-                if direction.dot(&back) < 0.0 && back.norm() > 0.25 * length {
+                if direction.dot(&back) < 0.0 && back.norm() > REPEATED * length {
                     samples.push(next);
                 }
                 return (samples, None);

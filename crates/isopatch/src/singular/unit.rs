@@ -136,9 +136,8 @@ impl UnitPolynomial {
     pub fn directional_net(&self, direction: Vec3, cell: &Aabb) -> TensorNet {
         /// Binary digits of the direction.
         const DIGITS: u64 = 64;
-        let weights = [0, 1, 2].map(|a| {
-            (exact(direction[a]) * BigRational::from(BigInt::one() << DIGITS)).to_integer()
-        });
+        let weights = [0, 1, 2]
+            .map(|a| (exact(direction[a]) * BigRational::from(BigInt::one() << DIGITS)).to_integer());
         let terms = weights.iter().enumerate().flat_map(|(axis, weight)| {
             self.terms.iter().filter(move |(e, _)| e[axis] > 0).map(move |(e, c)| {
                 let mut lower = *e;
