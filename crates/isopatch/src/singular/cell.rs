@@ -1,6 +1,6 @@
 //! Boxes of the subdivision and what can be ruled out in them.
 
-use super::unit::UnitPolynomial;
+use super::unit::{UnitPolynomial, Work};
 use crate::bernstein::tensor::TensorNet;
 use crate::geom::{Aabb, Interval, Mat3};
 
@@ -18,6 +18,8 @@ pub(super) struct Cell {
     pub net: TensorNet,
     /// The derivatives as nets of their own, right to their own rounding; else they are taken from the net.
     gradient: Option<[TensorNet; 3]>,
+    /// Of the polynomial.
+    pub work: Work,
 }
 
 /// Which points are looked for: each is a part of the one before.
@@ -47,13 +49,14 @@ pub(super) enum Critical {
 impl Cell {
     /// The box with the net from the exact coefficients.
     pub fn new(f: &UnitPolynomial, bounds: Aabb) -> Self {
-        Self { bounds, net: f.net(&bounds), gradient: None }
+        Self { bounds, net: f.net(&bounds), gradient: None, work: f.work.clone() }
     }
 
     /// The box with nets of f and its derivatives from the exact coefficients. Each is right to its own rounding, which
     /// matters where f is small and its derivatives differ in size.
     pub fn precise(f: &UnitPolynomial, bounds: Aabb) -> Self {
-        Self { bounds, net: f.net(&bounds), gradient: Some([0, 1, 2].map(|a| f.derivative_net(a, &bounds))) }
+        let gradient = Some([0, 1, 2].map(|a| f.derivative_net(a, &bounds)));
+        Self { bounds, net: f.net(&bounds), gradient, work: f.work.clone() }
     }
 
     /// The nets of the derivatives, each up to a positive factor.
@@ -93,8 +96,8 @@ impl Cell {
             None => [None, None],
         };
         [
-            Self { bounds: lower, net: left, gradient: left_gradient },
-            Self { bounds: upper, net: right, gradient: right_gradient },
+            Self { bounds: lower, net: left, gradient: left_gradient, work: self.work.clone() },
+            Self { bounds: upper, net: right, gradient: right_gradient, work: self.work.clone() },
         ]
     }
 

@@ -9,6 +9,8 @@ use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A root √d is replaced by a number this many binary digits after the point: the error of the coefficients is far
 /// below that of any float that is made from them.
@@ -33,6 +35,29 @@ pub(super) struct UnitPolynomial {
     digits: u64,
     /// The coefficients over 2^digits, z fastest.
     floats: Vec<f64>,
+    /// Counts what has been done with it.
+    pub work: Work,
+}
+
+/// Steps of splitting nets, by all threads: what a search has cost, whatever the machine.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Work(Arc<AtomicU64>);
+
+impl Work {
+    /// A search that has cost more than this, some ten seconds, ends with an error: it would go on for minutes. The Barth
+    /// decic with its 300 nodes takes a third of it.
+    const MOST: u64 = 3_000_000_000;
+
+    /// Adds the cost of a box with such a net.
+    pub fn add(&self, net: &TensorNet) {
+        let steps = net.coefficients.len() * net.degrees.iter().sum::<usize>();
+        self.0.fetch_add(steps as u64, Ordering::Relaxed);
+    }
+
+    /// Is it too much?
+    pub fn is_spent(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > Self::MOST
+    }
 }
 
 impl UnitPolynomial {
@@ -59,7 +84,7 @@ impl UnitPolynomial {
             .map(|a| (exact(center[a]).abs() + exact(scale) + BigRational::one()).pow(degrees[a] as i32))
             .product();
         let error = (growth * BigRational::from(error) * dense.factor).ceil().to_integer();
-        Self { center, scale, bounds, terms, degrees, error, digits, floats }
+        Self { center, scale, bounds, terms, degrees, error, digits, floats, work: Work::default() }
     }
 
     /// Exponents and whole coefficients.
