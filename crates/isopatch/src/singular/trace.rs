@@ -69,8 +69,9 @@ impl Tracer<'_> {
     pub fn foot(&self, start: Point3, reach: f64) -> Option<(System, Foot)> {
         System::ALL.iter().find_map(|&system| {
             let foot = self.on_curve(system, start, reach)?;
-            // Where the Hessian vanishes, its minors are regular by rounding only.
-            (system != System::RankOne || !self.is_flat(foot.at)).then_some((system, foot))
+            // Where the Hessian vanishes, it and its minors are regular by rounding only.
+            let uses_hessian = matches!(system, System::Gradient | System::RankOne);
+            (!uses_hessian || !self.is_flat(foot.at)).then_some((system, foot))
         })
     }
 
