@@ -45,8 +45,7 @@ fn parts(edges: impl Iterator<Item = [u32; 2]>) -> usize {
 
 #[test]
 fn smooth_surfaces_have_the_topology_of_the_splines_base_mesh() {
-    let names =
-        ["sphere", "tangle", "dtorus", "orthocircles", "chair", "goursat", "ringcyclide", "clebsch"];
+    let names = ["sphere", "tangle", "dtorus", "orthocircles", "chair", "goursat", "ringcyclide", "clebsch"];
     for name in names {
         let entry = gallery::surface(name).unwrap_or_else(|| panic!("{name}"));
         let formula = entry.field().unwrap();

@@ -164,6 +164,19 @@ mod tests {
     }
 
     #[test]
+    fn a_higher_degree_changes_no_value() {
+        let net = TensorNet::new([3, 0, 2], pseudo_random(12), 1e-9);
+        for axis in 0..3 {
+            let higher = net.elevated(axis);
+            assert_eq!(higher.degrees[axis], net.degrees[axis] + 1);
+            assert!(higher.error >= net.error);
+            for q in [[0.1, 0.7, 0.4], [0.9, 0.3, 0.6], [0.0, 1.0, 0.5]] {
+                assert!((higher.value(q) - net.value(q)).abs() < 1e-14, "{axis} {q:?}");
+            }
+        }
+    }
+
+    #[test]
     fn derivatives_are_those_of_difference_quotients() {
         let net = TensorNet::new([3, 0, 2], pseudo_random(12), 0.0);
         let (q, h) = ([0.3, 0.6, 0.7], 1e-6);

@@ -266,6 +266,21 @@ mod tests {
     use crate::geom::Point3;
 
     #[test]
+    fn a_slope_is_seen_beside_a_steep_valley() {
+        // Along the valley of (3x + 4y)² + (4x − 3y)³ + z² the slope is 10⁻⁴ of what it is across; the derivatives by x and
+        // y have no sign. At the edge of the cusp nothing is ruled out.
+        let text = "(3x+4y)^2+(4x-3y)^3+z^2";
+        let formula = Formula::parse(text, &Constants::new()).unwrap();
+        let bounds = Aabb::new(Point3::repeat(-1.0), Point3::repeat(1.0));
+        let f = UnitPolynomial::new(&formula.quadratic_polynomial().unwrap(), &bounds);
+        let around = |p: Point3| Cell::precise(&f, Aabb::new(p, p).grown(1e-3));
+        let beside = around(Point3::new(4e-3, -3e-3, 0.0));
+        assert!(may_vanish(&beside.gradient()) && beside.rises());
+        let at = around(Point3::zeros());
+        assert!(!at.rises());
+    }
+
+    #[test]
     fn nets_of_derivatives_are_derivatives_of_nets() {
         let formula = Formula::parse("x^2y^2+y^2z^2+z^2x^2-4x y z", &Constants::new()).unwrap();
         let bounds = Aabb::new(Point3::new(-3.0, -3.0, -2.0), Point3::new(3.0, 3.0, 2.0));

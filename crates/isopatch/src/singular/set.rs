@@ -139,8 +139,9 @@ pub struct SingularSet {
     /// Parts of the real surface with no sheet of it near them.
     pub lower_dimensional: Vec<LowerDimensional>,
     /// Boxes, in model units, in which it is not known whether there is more: bounds could not show that they hold no
-    /// singular point, and Newton's method found none. Everywhere else bounds show it, but for what is closer to a listed
-    /// arc than a thousandth of the box, or closer to a listed point than a hundredth.
+    /// singular point, and Newton's method found none. Everywhere else bounds show it, but for boxes beside a listed arc or
+    /// point: those that reach within a thousandth of the box of the arc or a hundredth of the point are not looked at again.
+    /// They are a fiftieth of the box wide at most.
     pub undecided: Vec<Aabb>,
     /// Where the status is numerical, |f| is at most this, relative to the largest Bernstein coefficient of f in the box.
     pub tau: f64,

@@ -71,8 +71,7 @@ pub(super) fn uncovered(
     for level in 0..=LEVELS {
         cells.retain(|cell| cell.bounds.overlaps(&f.bounds) && !explained.holds(cell));
         if cells.len() < MOST_EXACT {
-            let holds_none = |cell: &Cell| !may_be_singular(f, cell);
-            cells = cells.into_par_iter().filter(|cell| !holds_none(cell)).collect();
+            cells = cells.into_par_iter().filter(|cell| may_be_singular(f, cell)).collect();
         }
         if cells.is_empty() || cells.len() > MOST || level == LEVELS {
             break;
