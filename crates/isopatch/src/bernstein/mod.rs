@@ -19,6 +19,7 @@ pub mod cubic;
 pub mod curve;
 pub mod energy;
 pub mod index;
+pub mod lanes;
 pub mod pyramid;
 pub mod quads;
 pub mod restrict;

@@ -55,7 +55,7 @@ fn powers(x: f64) -> [f64; MAX_DEGREE] {
 }
 
 /// Binomial coefficients (n over k) below [`MAX_DEGREE`].
-const BINOMIALS: [[f64; MAX_DEGREE]; MAX_DEGREE] = {
+pub(super) const BINOMIALS: [[f64; MAX_DEGREE]; MAX_DEGREE] = {
     let mut rows = [[0.0; MAX_DEGREE]; MAX_DEGREE];
     let mut n = 0;
     while n < MAX_DEGREE {

@@ -25,6 +25,9 @@ pub enum Defect {
     },
 }
 
+/// A kink is looked for on edges that start within this many of their lengths of one: the first-order distance may be off by a factor
+/// on a coarse mesh.
+const REACH: f64 = 2.0;
 /// Points along an edge at which a kink is looked for before the nearest one is closed in on.
 const EDGE_SAMPLES: usize = 9;
 /// Thirds by which the stretch between two of these samples is shortened: (2/3)⁸⁰ is below rounding.
@@ -49,18 +52,24 @@ pub fn find_defect(
         return None;
     }
     let diagonal = Aabb::around(positions).diagonal();
-    edges.into_iter().find_map(|ends| kink_on_edge(formula, ends.map(|v| positions[v]), diagonal))
+    // A vertex is the start of several edges.
+    let mut distances: Vec<Option<f64>> = vec![None; positions.len()];
+    edges.into_iter().find_map(|[v, w]| {
+        let (a, b) = (positions[v], positions[w]);
+        let distance = *distances[v].get_or_insert_with(|| kink_distance(formula, a));
+        (distance <= REACH * (b - a).norm()).then(|| kink_on_edge(formula, [a, b], diagonal))?
+    })
 }
 
 fn kink_on_edge(formula: &Formula, [a, b]: [Point3; 2], diagonal: f64) -> Option<Defect> {
     let length = (b - a).norm();
-    // The first-order distance may be off by a factor on a coarse mesh.
-    const REACH: f64 = 2.0;
-    formula.kink_near(a, REACH * length)?;
     let distance = |t: f64| kink_distance(formula, a + t * (b - a));
     let step = 1.0 / (EDGE_SAMPLES - 1) as f64;
     let samples = (0..EDGE_SAMPLES).map(|i| i as f64 * step);
     let nearest = samples.min_by(|s, t| distance(*s).total_cmp(&distance(*t)))?;
+    if distance(nearest) > REACH * step * length {
+        return None;
+    }
     let (mut low, mut high) = ((nearest - step).max(0.0), (nearest + step).min(1.0));
     for _ in 0..THIRDS {
         let third = (high - low) / 3.0;

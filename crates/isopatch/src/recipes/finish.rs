@@ -17,8 +17,6 @@ const SPLIT_ROUNDS: usize = 24;
 /// of the faces fail.
 const MOST_VAIN: usize = 4;
 const MANY_FAILING: f64 = 0.05;
-/// Normals are farther off than this (10°, in radians) where a patch is poor, however near it is.
-const POOR_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Times that edges are split because a curve or a system has no solution.
 const REPAIRS: usize = 20;
 /// Collapses without patches between them: a collapse is made where the expected error stays below the tolerance by the
@@ -47,6 +45,8 @@ pub(super) struct Finisher<'a> {
     pub options: &'a BaseOptions,
     /// Largest distance of a patch that will do, relative to the diagonal.
     pub tolerance: f64,
+    /// Largest angle of a patch's normals to those of the zero set that will do, in radians.
+    pub normal_tolerance: f64,
     pub draft: Draft<'a>,
     pub work: Patchwork,
     /// Patches built so far.
@@ -70,7 +70,7 @@ impl Finisher<'_> {
     }
 
     fn fails(&self, patch: &PatchDeviation) -> bool {
-        misses(patch, self.tolerance) || patch.max_normal_error > POOR_NORMAL
+        misses(patch, self.tolerance) || patch.max_normal_error > self.normal_tolerance
     }
 
     /// Faces whose patches will not do.

@@ -66,6 +66,15 @@ impl Workshop<'_> {
         Ok(Patchwork { surface, curves, patches, stamps })
     }
 
+    /// The same with `more` steps of relaxation than it was built with, measured again.
+    pub fn relaxed(&self, made: Patchwork, more: usize) -> Patchwork {
+        let target = FieldTarget::new(self.field, self.diagonal);
+        let surface = spline::relaxed(made.surface, &target, more, &self.spline);
+        let ids: Vec<PatchId> = surface.base.mesh.faces().map(|f| PatchId(f.0)).collect();
+        let patches = self.measure(&surface, &ids);
+        Patchwork { surface, patches, ..made }
+    }
+
     /// Builds and measures what is not in `former`; also gives the number of patches that were built.
     pub fn rebuild(
         &self,

@@ -25,6 +25,12 @@ const GLOBAL_ROUNDS: usize = 3;
 const FEW: f64 = 0.03;
 /// Errors above this share of the tolerance are measured on a fine lattice.
 const NEAR: f64 = 0.35;
+/// Radians that normals may be off by for the square root of a tolerance, and the least (½°) and most (10°).
+const NORMAL_SHARE: f64 = 2.27;
+const LEAST_NORMAL: f64 = 0.5 * std::f64::consts::PI / 180.0;
+const MOST_NORMAL: f64 = 10.0 * std::f64::consts::PI / 180.0;
+/// Times that edges of faces beyond the limits are split before any patch is built.
+const LIMIT_ROUNDS: usize = 8;
 /// Times that the patch is split that is nearest to where the zero set is too far from the surface.
 const BACK_ROUNDS: usize = 3;
 /// Points of the zero set for each patch, and at least, from which the way back is measured with little effort.
@@ -110,9 +116,35 @@ impl Rounds<'_> {
     }
 
     /// Steps (ii) to (v): boundary curves, G0 fit, G1 systems, free points; then the check.
-    pub fn surface(&self, mesh: &BaseMesh, quick: bool) -> Result<Patchwork, RecipeError> {
+    pub fn surface(&self, mesh: &BaseMesh, relaxation_steps: usize) -> Result<Patchwork, RecipeError> {
         let stamps = (0..mesh.mesh.face_count() as u64).collect();
-        Ok(self.workshop(mesh.diagonal(), quick).build(mesh.clone(), stamps)?)
+        Ok(self.workshop(mesh.diagonal(), relaxation_steps).build(mesh.clone(), stamps)?)
+    }
+
+    /// The same surface after more steps of relaxation.
+    pub fn relaxed(&self, made: Patchwork, more: usize) -> Patchwork {
+        self.workshop(made.surface.base.diagonal(), more).relaxed(made, more)
+    }
+
+    /// A mesh without faces beyond the limits, as far as splits of their edges make it one.
+    pub fn within_limits(&self, mut mesh: BaseMesh) -> BaseMesh {
+        let mut draft = Draft::new(&self.formula, &mesh, &self.recipe.base);
+        for _ in 0..LIMIT_ROUNDS {
+            let mut faces: Vec<usize> =
+                validity(&mesh, &self.recipe.base.limits).iter().map(|v| v.face.index()).collect();
+            faces.sort_unstable();
+            faces.dedup();
+            let Some(mut batch) = draft.batch().filter(|_| !faces.is_empty()) else { break };
+            for face in faces {
+                let side = batch.most_turned_side(face);
+                batch.split(side);
+            }
+            match draft.base() {
+                Ok(split) => mesh = split,
+                Err(_) => break,
+            }
+        }
+        mesh
     }
 
     /// Does the first surface fail, or miss the tolerance in more than a few patches?
@@ -125,9 +157,7 @@ impl Rounds<'_> {
         }
     }
 
-    /// Without relaxation if it is to be quick.
-    fn workshop(&self, diagonal: f64, quick: bool) -> Workshop<'_> {
-        let relaxation_steps = if quick { 0 } else { self.recipe.spline.relaxation_steps };
+    fn workshop(&self, diagonal: f64, relaxation_steps: usize) -> Workshop<'_> {
         Workshop {
             field: &self.formula,
             curves: &self.recipe.curves,
@@ -145,20 +175,20 @@ impl Rounds<'_> {
         &self,
         made: Patchwork,
         tolerance: f64,
-        quick: bool,
+        relaxation_steps: usize,
     ) -> Result<(Patchwork, Checked), RecipeError> {
         let base = &made.surface.base;
         let diagonal = base.diagonal();
-        let workshop = self.workshop(diagonal, quick);
+        let workshop = self.workshop(diagonal, relaxation_steps);
         // Where the tolerance is easily kept, one step of the relaxation will do.
-        let mut last = self.workshop(diagonal, false);
-        if quick {
-            last.spline.relaxation_steps = last.spline.relaxation_steps.min(1);
-        }
+        let is_easy = relaxation_steps == 0;
+        let all_steps = self.recipe.spline.relaxation_steps;
+        let last = self.workshop(diagonal, if is_easy { all_steps.min(1) } else { all_steps });
         let mut finisher = Finisher {
             workshop: &workshop,
             options: &self.recipe.base,
             tolerance: MARGIN * tolerance,
+            normal_tolerance: normal_tolerance(tolerance),
             draft: Draft::new(&self.formula, base, &self.recipe.base),
             built: made.patches.len(),
             work: made,
@@ -166,7 +196,7 @@ impl Rounds<'_> {
         if self.recipe.effort == Effort::Full {
             finisher.run()?;
             finisher.workshop = &last;
-            if quick {
+            if is_easy {
                 finisher.build_again()?;
             }
         }
@@ -302,6 +332,11 @@ impl Rounds<'_> {
         }
         Some(wish)
     }
+}
+
+/// What normals may be off by: an angle goes with the square root of a height, 1.3° with 1e-4 of the diagonal.
+fn normal_tolerance(tolerance: f64) -> f64 {
+    (NORMAL_SHARE * tolerance.sqrt()).clamp(LEAST_NORMAL, MOST_NORMAL)
 }
 
 /// Number of patches that are bad or beyond the tolerance.

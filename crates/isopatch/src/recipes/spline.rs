@@ -247,17 +247,20 @@ fn attempt(
     // Where the tolerance is easily kept, the rounds do without the last step of the fit.
     let has_tolerance = matches!(recipe.size, Size::Tolerance(_));
     let large = mesh.mesh.face_count() >= QUICK_FROM;
-    let mut quick = match recipe.effort {
-        Effort::Quick => true,
-        Effort::Full => has_tolerance && recipe.given.is_none() && large,
+    let is_quick = recipe.effort == Effort::Quick;
+    let without = is_quick || has_tolerance && recipe.given.is_none() && large;
+    let most_steps = recipe.spline.relaxation_steps.min(if is_quick { 1 } else { usize::MAX });
+    let mut steps = if without { 0 } else { most_steps };
+    if is_quick && has_tolerance && recipe.given.is_none() {
+        mesh = stages.run("base mesh", || work.within_limits(mesh));
+    }
+    let surface = |work: &Rounds<'_>, mesh: &BaseMesh, steps: usize, stages: &mut Stages<'_>| {
+        stages.run("patches", || work.surface(mesh, steps))
     };
-    let surface = |work: &Rounds<'_>, mesh: &BaseMesh, quick: bool, stages: &mut Stages<'_>| {
-        stages.run("patches", || work.surface(mesh, quick))
-    };
-    let mut made = surface(&work, &mesh, quick, &mut stages);
-    if quick && has_tolerance && work.is_hard(&made) {
-        quick = false;
-        made = surface(&work, &mesh, quick, &mut stages);
+    let mut made = surface(&work, &mesh, steps, &mut stages);
+    if without && has_tolerance && work.is_hard(&made) {
+        steps = most_steps;
+        made = made.map(|made| stages.run("patches", || work.relaxed(made, steps)));
     }
     let mut wish = work.wish(&made, &mesh, 0);
     let mut kept = made.map(Best::Surface);
@@ -277,7 +280,7 @@ fn attempt(
         }
         repairs.extend(reason.map(|why| remade(mesh.mesh.face_count(), why)));
         kept = kept.map(|best| work.put_aside(best));
-        let made = surface(&work, &mesh, quick, &mut stages);
+        let made = surface(&work, &mesh, steps, &mut stages);
         wish = work.wish(&made, &mesh, round);
         // A surface stays, whatever becomes of later rounds; without one, the last failure counts.
         kept = match (made, kept) {
@@ -288,12 +291,12 @@ fn attempt(
     }
     let mut kept = match kept? {
         Best::Surface(kept) => kept,
-        Best::Mesh { mesh, .. } => surface(&work, &mesh, quick, &mut stages)?,
+        Best::Mesh { mesh, .. } => surface(&work, &mesh, steps, &mut stages)?,
     };
     let mut checked = Checked { reached: true, coverage: None };
     if let Size::Tolerance(tolerance) = recipe.size {
         if recipe.given.is_none() {
-            (kept, checked) = stages.run("finishing", || work.finish(kept, tolerance, quick))?;
+            (kept, checked) = stages.run("finishing", || work.finish(kept, tolerance, steps))?;
         } else {
             checked = stages.run("check", || work.check(&kept, tolerance));
         }

@@ -162,6 +162,22 @@ pub fn rebuild(
     assemble(base, curves, target, options, kept, &ShapeParameters::default())
 }
 
+/// More steps of relaxation on a surface that was built with fewer of them over the same target: what [`build`] would have given.
+pub fn relaxed(
+    mut surface: TriangularSpline,
+    target: &dyn Target,
+    steps: usize,
+    options: &SplineOptions,
+) -> TriangularSpline {
+    let mesh = &surface.base.mesh;
+    let lambdas = edge_lambdas(&end_weights(&surface.base, &surface.curves));
+    let fixed = vec![false; mesh.edge_count()];
+    for _ in 0..steps {
+        relax(mesh, &lambdas, &fixed, &mut surface.nets, target, options.relaxation_weight);
+    }
+    surface
+}
+
 fn assemble(
     base: BaseMesh,
     curves: &[QuarticCurve],

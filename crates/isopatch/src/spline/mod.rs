@@ -14,7 +14,9 @@ mod shape;
 mod surface;
 pub mod vertex;
 
-pub use build::{Construction, SampledFrom, SplineError, SplineOptions, build, build_shaped, rebuild};
+pub use build::{
+    Construction, SampledFrom, SplineError, SplineOptions, build, build_shaped, rebuild, relaxed,
+};
 pub use fill::fill;
 pub use folds::normal_deviations;
 pub use shape::{ShapeError, ShapeParameters};

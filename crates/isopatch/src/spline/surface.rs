@@ -1,5 +1,5 @@
 use crate::base::{BaseMesh, EdgeFeature};
-use crate::bernstein::{index, triangle};
+use crate::bernstein::{index, lanes, triangle};
 use crate::geom::{Aabb, Point3};
 use crate::mesh::{EdgeId, FaceId};
 use crate::surface::{Continuity, Domain, PatchForm, PatchId, Sample, Seam, SeamSide, Surface};
@@ -60,6 +60,14 @@ impl Surface for TriangularSpline {
     fn sample(&self, patch: PatchId, uv: [f64; 2]) -> Sample {
         let t = triangle::evaluate(DEGREE, &self.nets[patch.index()], uv);
         Sample { point: t.point, normal: t.du.cross(&t.dv).normalize(), du: t.du, dv: t.dv }
+    }
+
+    fn sample_batch(&self, patch: PatchId, uv: &[[f64; 2]], out: &mut [Sample]) {
+        lanes::evaluate_all(DEGREE, &self.nets[patch.index()], uv, |i, t, normal| {
+            if let Some(out) = out.get_mut(i) {
+                *out = Sample { point: t.point, normal, du: t.du, dv: t.dv };
+            }
+        });
     }
 
     fn form(&self, patch: PatchId) -> PatchForm<'_> {

@@ -1,0 +1,1 @@
+"""The comparison of isopatch with other programs; `benches/peers/run` starts it."""
