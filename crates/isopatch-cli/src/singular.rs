@@ -4,6 +4,7 @@ use crate::arguments::Singular;
 use crate::failure::{Failure, print};
 use crate::input::Input;
 use isopatch::geom::Point3;
+use isopatch::report;
 use isopatch::singular::{
     Analysis, CurveKind, LowerDimensional, PointKind, SingularOptions, SpecialKind, Status, analyse,
 };
@@ -18,6 +19,8 @@ struct Report {
     components: Option<usize>,
     seeds: Vec<[f64; 3]>,
     lower_dimensional: Vec<Lower>,
+    /// Boxes, smallest and largest coordinates.
+    undecided: Vec<[[f64; 3]; 2]>,
     tau: f64,
     seconds: f64,
 }
@@ -116,6 +119,7 @@ impl Report {
             components: seeds.map(<[Point3]>::len),
             seeds: seeds.unwrap_or_default().iter().copied().map(coordinates).collect(),
             lower_dimensional: lower.collect(),
+            undecided: set.undecided.iter().map(report::corners).collect(),
             tau: set.tau,
             seconds,
         }
@@ -128,7 +132,7 @@ impl Report {
             let _ = text.write_fmt(row);
             text.push('\n');
         };
-        if self.points.is_empty() && self.curves.is_empty() {
+        if self.points.is_empty() && self.curves.is_empty() && self.undecided.is_empty() {
             line(format_args!("No singular point in the box."));
         }
         if !self.points.is_empty() {
@@ -150,6 +154,12 @@ impl Report {
                     c.special.iter().map(|s| format!("{} ({})", place(&s.at), word(&s.kind))).collect();
                 let ends = if c.closed { "closed".to_owned() } else { ends.join(" to ") };
                 line(format_args!("  {:<10}  {} samples  {ends}", word(&c.kind), c.samples.len()));
+            }
+        }
+        if !self.undecided.is_empty() {
+            line(format_args!("{} boxes undecided: they may hold more", self.undecided.len()));
+            for [least, largest] in &self.undecided {
+                line(format_args!("  {} to {}", place(least), place(largest)));
             }
         }
         match self.components {

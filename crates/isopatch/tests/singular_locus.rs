@@ -1,99 +1,22 @@
 //! Singular points, singular curves and components of algebraic surfaces, against a computer algebra system.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails by a panic is a test that fails")]
 
-use isopatch::field::{Constants, Field, Formula, Polynomial};
+#[path = "support/singular_golden.rs"]
+mod singular_golden;
+
+use isopatch::field::{Field, Polynomial};
 use isopatch::geom::{Aabb, Point3};
 use isopatch::singular::{
     Analysis, CurveKind, LowerDimensional, PointKind, SingularError, SingularOptions, SingularPoint,
-    SingularSet, SpecialKind, Status, analyse, singular_set,
+    SpecialKind, Status, singular_set,
 };
-use nalgebra::Matrix3;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
-use serde_json::{Map, Value};
-use std::path::Path;
-
-/// The golden ratio.
-const T: &str = "((1+sqrt(5))/2)";
-
-fn formula(text: &str) -> Formula {
-    Formula::parse(text, &Constants::new()).unwrap_or_else(|e| panic!("{text}: {e}"))
-}
+use singular_golden::{Golden, T, analysed, formula, relative};
 
 fn cube(half: f64) -> Aabb {
     Aabb::new(Point3::repeat(-half), Point3::repeat(half))
-}
-
-fn analysed(text: &str, bounds: &Aabb) -> Analysis {
-    analyse(&formula(text), bounds, &SingularOptions::default()).unwrap_or_else(|e| panic!("{text}: {e}"))
-}
-
-/// A surface of the golden file.
-struct Golden {
-    text: String,
-    bounds: Aabb,
-    entry: Value,
-}
-
-impl Golden {
-    fn all() -> Vec<(String, Self)> {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/singular.json");
-        let json: Map<String, Value> = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-        json.into_iter().map(|(name, entry)| (name, Self::new(entry))).collect()
-    }
-
-    fn new(entry: Value) -> Self {
-        let number = |v: &Value| match v.as_str() {
-            Some(text) => formula(text).constant().unwrap(),
-            None => v.as_f64().unwrap(),
-        };
-        let side = |a: usize, k: usize| number(&entry["box"][a][k]);
-        let corner = |k: usize| Point3::from_fn(|a, _| side(a, k));
-        let mut text = entry["f"].as_str().unwrap().replace("**", "^");
-        // Rational(a,b) is a/b.
-        while let Some(start) = text.find("Rational(") {
-            let end = start + text[start..].find(')').unwrap();
-            let quotient = text[start + "Rational".len()..end].replace(',', "/");
-            text.replace_range(start..end, &quotient);
-        }
-        if entry["golden_ratio_t"] == true {
-            text = text.replace('t', T);
-        }
-        Self { text, bounds: Aabb::new(corner(0), corner(1)), entry }
-    }
-
-    fn points(&self, key: &str) -> Vec<Point3> {
-        let list = self.entry[key].as_array().cloned().unwrap_or_default();
-        list.iter().map(|p| Point3::from_fn(|a, _| p[a].as_f64().unwrap())).collect()
-    }
-
-    /// Points of the curves that the file gives parameters for, in the box.
-    fn curve_points(&self) -> Vec<Point3> {
-        let mut points = Vec::new();
-        for curve in self.entry["singular_curves"].as_array().into_iter().flatten() {
-            let Some(parameters) = curve["param"].as_array() else { continue };
-            for i in -80..=80 {
-                // From −4 to 4, not through values of note.
-                let mut constants = Constants::new();
-                constants.set("s", 0.05 * f64::from(i) + 0.0037).unwrap();
-                let value = |v: &Value| {
-                    let text = v.as_str().unwrap().replace("**", "^");
-                    Formula::parse(&text, &constants).unwrap().value(Point3::zeros())
-                };
-                let p = Point3::new(value(&parameters[0]), value(&parameters[1]), value(&parameters[2]));
-                if self.bounds.contains(&p) {
-                    points.push(p);
-                }
-            }
-        }
-        points
-    }
-}
-
-/// The size of the box counts as 1.
-fn relative(bounds: &Aabb) -> f64 {
-    bounds.size().max()
 }
 
 fn check(name: &str, golden: &Golden) {
@@ -217,137 +140,6 @@ fn a_rotation_about_the_centre_changes_no_count() {
     assert_eq!(kinds, [CurveKind::Crossing, CurveKind::Stick]);
     let pinch: Vec<_> = umbrella.special.iter().filter(|s| s.kind == SpecialKind::Pinch).collect();
     assert!(pinch.len() == 1 && pinch[0].at.norm() < 1e-10, "{:?}", umbrella.special);
-}
-
-/// The sphere inscribed in a box, with the surface turned about its centre.
-struct Turned {
-    center: Point3,
-    radius: f64,
-    /// Rows of the rotation.
-    rotation: Matrix3<f64>,
-    text: String,
-}
-
-impl Turned {
-    /// By an integer quaternion, and scaled by 15/16.
-    fn new(golden: &Golden, [a, b, c, d]: [i32; 4]) -> Self {
-        let n = a * a + b * b + c * c + d * d;
-        let rows = [
-            [a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c)],
-            [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
-            [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
-        ];
-        let center = golden.bounds.center();
-        let number = |i: usize| BigRational::from_float(center[i]).unwrap();
-        let from = |i: usize| format!("({}-({}))", ["x", "y", "z"][i], number(i));
-        let mut text = golden.text.replace('x', "X").replace('y', "Y").replace('z', "Z");
-        for (i, name) in ["X", "Y", "Z"].iter().enumerate() {
-            let r = rows[i];
-            let sum = format!("({})*{}+({})*{}+({})*{}", r[0], from(0), r[1], from(1), r[2], from(2));
-            text = text.replace(name, &format!("(16*({sum})/{}+({}))", 15 * n, number(i)));
-        }
-        let rotation = Matrix3::from_fn(|i, j| f64::from(rows[i][j]) / f64::from(n));
-        Self { center, radius: 0.5 * golden.bounds.size().min(), rotation, text }
-    }
-
-    /// A point of the surface as it was, where it is now.
-    fn image(&self, p: Point3) -> Point3 {
-        self.center + self.rotation.transpose() * (p - self.center) * 15.0 / 16.0
-    }
-
-    fn holds(&self, p: Point3) -> bool {
-        (p - self.center).norm() < 0.9 * self.radius
-    }
-}
-
-fn check_turned(name: &str, golden: &Golden, quaternion: [i32; 4]) {
-    let turned = Turned::new(golden, quaternion);
-    let size = relative(&golden.bounds);
-    let plain = analysed(&golden.text, &golden.bounds);
-    let found = analysed(&turned.text, &golden.bounds);
-    let (old, new) = (&plain.singular, &found.singular);
-
-    let images: Vec<Point3> = old.points.iter().map(|p| turned.image(p.at)).collect();
-    for (p, image) in old.points.iter().zip(&images).filter(|(_, image)| turned.holds(**image)) {
-        let same = |q: &&SingularPoint| (q.at - image).norm() < 1e-10 * size;
-        let near: Vec<&SingularPoint> = new.points.iter().filter(same).collect();
-        assert_eq!(near.len(), 1, "{name}: {p:?} at {image:?} in {:?}", new.points);
-        assert_eq!((near[0].kind, near[0].multiplicity), (p.kind, p.multiplicity), "{name}");
-    }
-    for q in new.points.iter().filter(|q| turned.holds(q.at)) {
-        assert!(images.iter().any(|p| (p - q.at).norm() < 1e-10 * size), "{name}: {q:?} invented");
-    }
-
-    let inner = |set: &SingularSet| -> Vec<(Point3, SpecialKind)> {
-        set.special.iter().filter(|s| s.kind != SpecialKind::Box).map(|s| (s.at, s.kind)).collect()
-    };
-    let places: Vec<(Point3, SpecialKind)> =
-        inner(old).into_iter().map(|(p, kind)| (turned.image(p), kind)).collect();
-    for (p, kind) in places.iter().filter(|(p, _)| turned.holds(*p)) {
-        let near = inner(new).into_iter().filter(|(q, k)| (p - q).norm() < 1e-9 * size && k == kind).count();
-        assert_eq!(near, 1, "{name}: {kind:?} at {p:?} in {:?}", new.special);
-    }
-    for (q, kind) in inner(new).iter().filter(|(q, _)| turned.holds(*q)) {
-        assert!(
-            places.iter().any(|(p, _)| (p - q).norm() < 1e-9 * size),
-            "{name}: {kind:?} at {q:?} invented"
-        );
-    }
-
-    // Every arc is covered by arcs of its kind, both ways.
-    let samples = |set: &SingularSet, image: &dyn Fn(Point3) -> Point3| -> Vec<(Point3, CurveKind)> {
-        set.curves.iter().flat_map(|c| c.samples.iter().map(|s| (image(s.at), c.kind))).collect()
-    };
-    let before = samples(old, &|p| turned.image(p));
-    let after = samples(new, &|p| p);
-    for (from, to) in [(&before, &after), (&after, &before)] {
-        // One in eight will do.
-        for (p, kind) in from.iter().filter(|(p, _)| turned.holds(*p)).step_by(8) {
-            let distance = to
-                .iter()
-                .filter(|(_, k)| k == kind)
-                .map(|(q, _)| (p - q).norm())
-                .fold(f64::INFINITY, f64::min);
-            assert!(distance <= 2e-3 * size, "{name}: {kind:?} at {p:?} is {distance:e} from the others");
-        }
-    }
-
-    // Surfaces that do not reach the sphere.
-    let field = formula(&turned.text);
-    let crosses = (0..4000).map(|i| {
-        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 4000.0;
-        let (sin, cos) = (2.399_963_229_728_653 * f64::from(i)).sin_cos();
-        let flat = (1.0 - z * z).sqrt();
-        field.value(turned.center + turned.radius * Point3::new(flat * cos, flat * sin, z)) > 0.0
-    });
-    let signs: std::collections::BTreeSet<bool> = crosses.collect();
-    if let (1, Some(a), Some(b)) = (signs.len(), &plain.components, &found.components) {
-        let held = |seeds: &[Point3]| seeds.iter().filter(|p| turned.holds(**p)).count();
-        let images: Vec<Point3> = a.seeds.iter().map(|p| turned.image(*p)).collect();
-        assert_eq!(held(&images), held(&b.seeds), "{name}: components");
-    }
-}
-
-/// Drawn at random, and then kept.
-const QUATERNIONS: [[i32; 4]; 4] = [[3, 1, -2, 1], [2, -1, 1, 3], [4, 3, -1, 2], [1, 2, 3, -4]];
-
-#[test]
-fn turned_surfaces_have_the_same_singularities() {
-    for (i, (name, golden)) in Golden::all().iter().enumerate() {
-        if !SLOW.contains(&name.as_str()) {
-            check_turned(name, golden, QUATERNIONS[i % QUATERNIONS.len()]);
-        }
-    }
-}
-
-#[test]
-#[ignore = "up to half a minute for each surface"]
-fn turned_cusps_and_flat_curves_are_the_same() {
-    for (i, (name, golden)) in Golden::all().iter().enumerate() {
-        if SLOW.contains(&name.as_str()) {
-            check_turned(name, golden, QUATERNIONS[i % QUATERNIONS.len()]);
-        }
-    }
 }
 
 #[test]

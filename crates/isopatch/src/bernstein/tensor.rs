@@ -49,6 +49,26 @@ impl TensorNet {
         Interval::new((lo - self.error).next_down(), (hi + self.error).next_up())
     }
 
+    /// The same polynomial with the degree along `axis` higher by one.
+    pub fn elevated(&self, axis: usize) -> Self {
+        let (outer, count, inner) = self.layout(axis);
+        let mut coefficients = Vec::with_capacity(outer * (count + 1) * inner);
+        for block in 0..outer {
+            let row = &self.coefficients[block * count * inner..(block + 1) * count * inner];
+            for i in 0..=count {
+                // b_i = i/(n+1) a_{i−1} + (1 − i/(n+1)) a_i
+                let t = i as f64 / count as f64;
+                let (before, here) = (i.saturating_sub(1) * inner, i.min(count - 1) * inner);
+                let pairs = row[before..before + inner].iter().zip(&row[here..here + inner]);
+                coefficients.extend(pairs.map(|(a, b)| t * a + (1.0 - t) * b));
+            }
+        }
+        let mut degrees = self.degrees;
+        degrees[axis] += 1;
+        // The fraction is rounded as well.
+        Self::new(degrees, coefficients, self.error + 2.0 * STEP_ERROR * self.magnitude())
+    }
+
     /// The stride of an axis and the numbers of coefficients before and after it.
     fn layout(&self, axis: usize) -> (usize, usize, usize) {
         let counts = self.degrees.map(|n| n + 1);
@@ -139,6 +159,19 @@ mod tests {
                 r[axis] = t + (1.0 - t) * q[axis];
                 assert!((left.value(q) - net.value(l)).abs() < 1e-14);
                 assert!((right.value(q) - net.value(r)).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn a_higher_degree_changes_no_value() {
+        let net = TensorNet::new([3, 0, 2], pseudo_random(12), 1e-9);
+        for axis in 0..3 {
+            let higher = net.elevated(axis);
+            assert_eq!(higher.degrees[axis], net.degrees[axis] + 1);
+            assert!(higher.error >= net.error);
+            for q in [[0.1, 0.7, 0.4], [0.9, 0.3, 0.6], [0.0, 1.0, 0.5]] {
+                assert!((higher.value(q) - net.value(q)).abs() < 1e-14, "{axis} {q:?}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Boxes of the subdivision and what can be ruled out in them.
 
-use super::unit::UnitPolynomial;
+use super::unit::{UnitPolynomial, Work};
 use crate::bernstein::tensor::TensorNet;
 use crate::geom::{Aabb, Interval, Mat3};
 
@@ -18,6 +18,8 @@ pub(super) struct Cell {
     pub net: TensorNet,
     /// The derivatives as nets of their own, right to their own rounding; else they are taken from the net.
     gradient: Option<[TensorNet; 3]>,
+    /// Of the polynomial.
+    pub work: Work,
 }
 
 /// Which points are looked for: each is a part of the one before.
@@ -47,13 +49,14 @@ pub(super) enum Critical {
 impl Cell {
     /// The box with the net from the exact coefficients.
     pub fn new(f: &UnitPolynomial, bounds: Aabb) -> Self {
-        Self { bounds, net: f.net(&bounds), gradient: None }
+        Self { bounds, net: f.net(&bounds), gradient: None, work: f.work.clone() }
     }
 
     /// The box with nets of f and its derivatives from the exact coefficients. Each is right to its own rounding, which
     /// matters where f is small and its derivatives differ in size.
     pub fn precise(f: &UnitPolynomial, bounds: Aabb) -> Self {
-        Self { bounds, net: f.net(&bounds), gradient: Some([0, 1, 2].map(|a| f.derivative_net(a, &bounds))) }
+        let gradient = Some([0, 1, 2].map(|a| f.derivative_net(a, &bounds)));
+        Self { bounds, net: f.net(&bounds), gradient, work: f.work.clone() }
     }
 
     /// The nets of the derivatives, each up to a positive factor.
@@ -93,8 +96,8 @@ impl Cell {
             None => [None, None],
         };
         [
-            Self { bounds: lower, net: left, gradient: left_gradient },
-            Self { bounds: upper, net: right, gradient: right_gradient },
+            Self { bounds: lower, net: left, gradient: left_gradient, work: self.work.clone() },
+            Self { bounds: upper, net: right, gradient: right_gradient, work: self.work.clone() },
         ]
     }
 
@@ -123,6 +126,20 @@ impl Cell {
             return minors_may_vanish(&rows);
         }
         h.iter().all(|entry| entry.contains(0.0)) && minors_may_vanish(&thirds)
+    }
+
+    /// Has the derivative in an eigendirection of the mean Hessian a sign in the box? Then no critical point is there. Where
+    /// sheets almost touch, the derivatives by the coordinates do not tell, because one direction drowns the others.
+    pub fn rises(&self) -> bool {
+        let gradient = self.gradient();
+        let second = symmetric(|a, b| mean(&gradient[a].derivative(b)));
+        let hessian = Mat3::from_fn(|a, b| second[pair(a, b)]);
+        if !hessian.iter().all(|v| v.is_finite()) {
+            return false;
+        }
+        let directions = hessian.symmetric_eigen().eigenvectors;
+        let nets = [0, 1, 2].map(|a| at_degrees(&gradient[a], self.net.degrees));
+        directions.column_iter().any(|d| !combination(&nets, [d.x, d.y, d.z]).contains(0.0))
     }
 
     /// Krawczyk's test for ∇f = 0: K(X) = m − Y ∇f(m) + (I − Y ∇²f(X))(X − m), with Y near the inverse of the Hessian.
@@ -169,6 +186,30 @@ impl Cell {
             Critical::Unknown
         }
     }
+}
+
+fn mean(net: &TensorNet) -> f64 {
+    net.coefficients.iter().sum::<f64>() / net.coefficients.len() as f64
+}
+
+/// A derivative with the degrees of the function.
+fn at_degrees(net: &TensorNet, degrees: [usize; 3]) -> TensorNet {
+    let mut net = net.clone();
+    for axis in 0..3 {
+        while net.degrees[axis] < degrees[axis] {
+            net = net.elevated(axis);
+        }
+    }
+    net
+}
+
+/// The range of Σ w_a g_a, for nets of the same degrees and weights of at most 1.
+fn combination(nets: &[TensorNet; 3], weights: [f64; 3]) -> Interval {
+    let [g, h, k] = nets.each_ref().map(|net| &net.coefficients);
+    let sums = (0..g.len()).map(|i| weights[0] * g[i] + weights[1] * h[i] + weights[2] * k[i]).collect();
+    // Three products and two sums.
+    let error = nets.iter().map(|net| net.error + 4.0 * f64::EPSILON * net.magnitude()).sum();
+    TensorNet::new(nets[0].degrees, sums, error).range()
 }
 
 /// Might all three vanish at one point? No if one has a sign, or if their combination with their means has.
@@ -223,6 +264,21 @@ mod tests {
     use super::*;
     use crate::field::{Constants, Formula};
     use crate::geom::Point3;
+
+    #[test]
+    fn a_slope_is_seen_beside_a_steep_valley() {
+        // Along the valley of (3x + 4y)² + (4x − 3y)³ + z² the slope is 10⁻⁴ of what it is across; the derivatives by x and
+        // y have no sign. At the edge of the cusp nothing is ruled out.
+        let text = "(3x+4y)^2+(4x-3y)^3+z^2";
+        let formula = Formula::parse(text, &Constants::new()).unwrap();
+        let bounds = Aabb::new(Point3::repeat(-1.0), Point3::repeat(1.0));
+        let f = UnitPolynomial::new(&formula.quadratic_polynomial().unwrap(), &bounds);
+        let around = |p: Point3| Cell::precise(&f, Aabb::new(p, p).grown(1e-3));
+        let beside = around(Point3::new(4e-3, -3e-3, 0.0));
+        assert!(may_vanish(&beside.gradient()) && beside.rises());
+        let at = around(Point3::zeros());
+        assert!(!at.rises());
+    }
 
     #[test]
     fn nets_of_derivatives_are_derivatives_of_nets() {

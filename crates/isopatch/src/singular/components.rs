@@ -20,6 +20,10 @@ pub struct Components {
 
 /// How deep boxes are divided.
 const DEPTH: usize = 7;
+/// How deep those are that are not at the singular set, because sheets that are close to each other are told apart at last.
+const DEEPEST: usize = 14;
+/// While there are no more of them than this.
+const MOST_DEEPER: usize = 4_000;
 /// Most boxes of one size: beyond it, counting is given up.
 const MOST_CELLS: usize = 40_000;
 /// Intervals along a side that two leaves have in common, where one of them is near the singular set.
@@ -42,7 +46,12 @@ pub(super) fn components(f: &UnitPolynomial, singular: &[Point3]) -> Option<Comp
     let mut cells = vec![Cell::new(f, f.bounds)];
     let mut leaves: Vec<Leaf> = Vec::new();
     let tree = BoxTree::new(&singular.iter().map(|p| Aabb::new(*p, *p)).collect::<Vec<_>>());
-    for depth in 0..=DEPTH {
+    let is_near = |cell: &Cell| {
+        let mut near = false;
+        tree.visit(|b| b.overlaps(&cell.bounds.grown(cell.bounds.diagonal())), |_| near = true);
+        near
+    };
+    for depth in 0..=DEEPEST {
         let parts: Vec<(Cell, bool)> = cells
             .into_par_iter()
             .filter(|cell| cell.net.range().contains(0.0))
@@ -55,7 +64,12 @@ pub(super) fn components(f: &UnitPolynomial, singular: &[Point3]) -> Option<Comp
             return None;
         }
         let (done, open): (Vec<_>, Vec<_>) =
-            parts.into_iter().partition(|(_, smooth)| *smooth || depth == DEPTH);
+            parts.into_iter().partition(|(cell, smooth)| *smooth || (depth >= DEPTH && is_near(cell)));
+        let (done, open) = if depth == DEEPEST || (depth >= DEPTH && open.len() > MOST_DEEPER) {
+            (done.into_iter().chain(open).collect(), Vec::new())
+        } else {
+            (done, open)
+        };
         leaves.extend(done.into_iter().map(|(cell, smooth)| Leaf {
             bounds: cell.bounds,
             smooth,

@@ -28,4 +28,9 @@ pub enum SingularError {
     /// The subdivision does not come to an end.
     #[error("more than {0} boxes are left: the singular set is too large or too degenerate for the box")]
     TooManyCells(usize),
+    /// The search would take minutes.
+    #[error(
+        "the search for singularities was given up as too long: sheets touch to a high order, or the degree is high; try a smaller box"
+    )]
+    TooMuchWork,
 }

@@ -4,7 +4,7 @@ use super::SingularError;
 use super::cell::{Cell, Stratum};
 use super::cluster::{clusters, hull};
 use super::graph::graph;
-use super::points::Algebraic;
+use super::points::{Algebraic, nearest};
 use super::set::{CurveSample, LowerDimensional, PointKind, SingularPoint, SingularSet, Status};
 use super::subdivide::{Located, MOST_CELLS, Rest, locate, refine};
 use super::tolerance::TAU;
@@ -33,13 +33,15 @@ const COMPACT: f64 = 8.0;
 const SAME: f64 = 1e-9;
 /// Half the side of the box around the end of a lost arc in which a special point is looked for.
 const AROUND: f64 = 1.7e-2;
+/// Ends of arcs that could not be followed, and that are closer than this, are one point.
+const TOGETHER: f64 = 1e-5;
 /// Arcs that are continued meet if they come this close, in unit coordinates.
 const MEETING: f64 = 1e-8;
 const MEETING_STEPS: usize = 20;
 /// Above this cosine of the angle between their tangents, two curves at one place are one.
 const PARALLEL: f64 = 0.9;
 /// How often arcs are followed again, with special points that were missed.
-const REPAIRS: usize = 2;
+const REPAIRS: usize = 4;
 /// How far from a box its curve is looked for, in diagonals of the box.
 const REACH: f64 = 1.5;
 
@@ -152,10 +154,15 @@ pub(super) fn find(
     }
     let mut places = merged(&search.degenerate);
     let mut arcs = arcs(unit, &search.along, &places);
+    let mut undecided = Vec::new();
     for _ in 0..REPAIRS {
-        let mut more = missed(unit, &arcs, &places)?;
-        more.extend(uncovered(unit, &search.along, &arcs, &places));
-        let all = merged(&[places.clone(), more].concat());
+        let mut all = merged(&[places.clone(), missed(&algebraic, &arcs, &places)?].concat());
+        if all.len() == places.len() {
+            let rest = uncovered(unit, &search.along, &arcs, &places)?;
+            search.simple.extend(rest.simple);
+            undecided = rest.cells;
+            all = merged(&[places.clone(), rest.points].concat());
+        }
         if all.len() == places.len() {
             break;
         }
@@ -169,6 +176,8 @@ pub(super) fn find(
     set.points = distinct(simple.into_iter().chain(degenerate), SAME * unit.scale);
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
     set.tau = TAU;
+    let groups = clusters(&undecided);
+    set.undecided = groups.iter().map(|g| unit.model_box(&hull(g.iter().map(|i| &undecided[*i])))).collect();
     let isolated = set.points.iter().enumerate().filter(|(_, p)| p.kind == PointKind::Isolated);
     set.lower_dimensional.extend(isolated.map(|(i, _)| LowerDimensional::Point(i)));
     debug_assert!(set.points.iter().all(|p| p.status >= Status::Numerical));
@@ -182,15 +191,16 @@ pub(super) fn lexicographic(a: &Point3, b: &Point3) -> std::cmp::Ordering {
 
 /// Special points that subdivision has not told apart from the curves: looked for where arcs could not be followed.
 fn missed(
-    f: &UnitPolynomial,
+    algebraic: &Algebraic,
     arcs: &[Arc],
     places: &[(Point3, f64)],
 ) -> Result<Vec<(Point3, f64)>, SingularError> {
+    let ends = arcs.iter().flat_map(|arc| arc.ends.iter().flatten());
+    let every: Vec<Point3> =
+        ends.filter_map(|end| if let End::Lost(p) = end { Some(*p) } else { None }).collect();
     let mut lost: Vec<Point3> = Vec::new();
-    for end in arcs.iter().flat_map(|arc| arc.ends.iter().flatten()) {
-        if let End::Lost(p) = end
-            && !lost.iter().any(|q| (p - q).norm() < AROUND)
-        {
+    for p in &every {
+        if !lost.iter().any(|q| (p - q).norm() < AROUND) {
             lost.push(*p);
         }
     }
@@ -210,17 +220,53 @@ fn missed(
             found.push((at, MEETING));
             continue;
         }
-        for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
-            let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
-            let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
-            let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
-            if !located.extended && !points.is_empty() {
-                found.extend(points);
-                break;
-            }
+        let mut located = strata_near(algebraic.unit, p, places)?;
+        if located.is_empty() {
+            located.extend(where_ends_are(algebraic, p, &every, places));
         }
+        found.extend(located);
     }
     Ok(found)
+}
+
+/// Points of the strata that are told apart near the end of a lost arc, but for those that are known.
+fn strata_near(
+    f: &UnitPolynomial,
+    p: Point3,
+    places: &[(Point3, f64)],
+) -> Result<Vec<(Point3, f64)>, SingularError> {
+    for stratum in [Stratum::Flat, Stratum::Irregular, Stratum::RankOne] {
+        let located = locate(f, Aabb::new(p, p).grown(AROUND), stratum)?;
+        let new = |q: &Point3| !places.iter().any(|(known, _)| (known - q).norm() < SAME);
+        let points: Vec<_> = located.points.into_iter().filter(|(q, _)| new(q)).collect();
+        if !located.extended && !points.is_empty() {
+            return Ok(points);
+        }
+    }
+    Ok(Vec::new())
+}
+
+/// Where arcs were followed so closely to a point that has no regular equations that they end together: at the rational
+/// singular point there, or at one of the ends.
+fn where_ends_are(
+    algebraic: &Algebraic,
+    p: Point3,
+    ends: &[Point3],
+    places: &[(Point3, f64)],
+) -> Option<(Point3, f64)> {
+    let distances: Vec<f64> = ends.iter().map(|q| (q - p).norm()).filter(|d| *d < TOGETHER).collect();
+    if distances.len() < 2 || places.iter().any(|(q, _)| (p - q).norm() < AROUND) {
+        return None;
+    }
+    let radius = distances.iter().fold(f64::EPSILON, |m, d| m.max(*d));
+    let exact = algebraic
+        .exact_place(p, TOGETHER)
+        .map(|q| (nearest(&q) - algebraic.unit.center) / algebraic.unit.scale);
+    let is_regular = |q: Point3| {
+        let tracer = Tracer { f: algebraic.unit, special: &[], bounds: algebraic.unit.bounds };
+        tracer.foot(q, SAME).is_some()
+    };
+    Some(exact.filter(|q| !is_regular(*q)).map_or((p, radius), |q| (q, f64::EPSILON)))
 }
 
 /// The samples of an arc towards each end that was lost near p.

@@ -1,6 +1,6 @@
 //! What is found out about the singular set of a surface in a box.
 
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Aabb, Point3, Vec3};
 
 /// How sure an element is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -138,6 +138,11 @@ pub struct SingularSet {
     pub special: Vec<SpecialPoint>,
     /// Parts of the real surface with no sheet of it near them.
     pub lower_dimensional: Vec<LowerDimensional>,
+    /// Boxes, in model units, in which it is not known whether there is more: bounds could not show that they hold no
+    /// singular point, and Newton's method found none. Everywhere else bounds show it, but for boxes beside a listed arc or
+    /// point: those that reach within a thousandth of the box of the arc or a hundredth of the point are not looked at again.
+    /// They are a fiftieth of the box wide at most.
+    pub undecided: Vec<Aabb>,
     /// Where the status is numerical, |f| is at most this, relative to the largest Bernstein coefficient of f in the box.
     pub tau: f64,
 }

@@ -44,6 +44,9 @@ pub(super) fn refine(
         if rest.cells.len() > MOST_CELLS {
             return Err(SingularError::TooManyCells(MOST_CELLS));
         }
+        if rest.cells.first().is_some_and(|cell| cell.work.is_spent()) {
+            return Err(SingularError::TooMuchWork);
+        }
     }
     Ok(rest)
 }
@@ -52,6 +55,7 @@ fn parts(cell: &Cell, stratum: Stratum) -> (Vec<Cell>, Vec<Aabb>) {
     let mut found = Vec::new();
     let mut kept = Vec::new();
     for part in cell.split() {
+        part.work.add(&part.net);
         if !part.may_hold(stratum) {
             continue;
         }
@@ -59,6 +63,7 @@ fn parts(cell: &Cell, stratum: Stratum) -> (Vec<Cell>, Vec<Aabb>) {
             // At a critical point with regular Hessian no other stratum is.
             Critical::One(bounds) => found.push(bounds),
             Critical::None => {}
+            Critical::Unknown if part.rises() => {}
             Critical::Unknown => kept.push(part),
         }
     }

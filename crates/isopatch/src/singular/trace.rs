@@ -2,12 +2,15 @@
 
 use super::deflation::{Foot, System, solve};
 use super::set::CurveSample;
+use super::taylor::{sum, unit};
 use super::tolerance::is_singular;
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, Point3, Vec3};
 
-/// Distance of samples, in unit coordinates: a thousandth of the box.
-pub(super) const STEP: f64 = 2e-3;
+/// Distance of samples, in unit coordinates: no point of a curve is farther than a thousandth of the box from one.
+pub(super) const STEP: f64 = 1.9e-3;
+/// A sample of a closed curve this close to its first one, in steps, is left out.
+const REPEATED: f64 = 0.02;
 /// A step shorter than this leads nowhere.
 const SHORTEST: f64 = 1e-7;
 /// A step is taken again at half its length where the curve is farther than this part of it from the tangent, or where
@@ -19,13 +22,15 @@ const APPROACH: f64 = 0.3;
 /// At this distance from a special point, the curve has arrived there.
 const ARRIVED: f64 = 1e-4;
 /// A curve that can't be followed any farther, and is no farther than this from a special point, ends there.
-const NEAR: f64 = 2e-2;
+pub(super) const NEAR: f64 = 2e-2;
 /// Most samples of one arc.
 const MOST_SAMPLES: usize = 200_000;
 /// Along a curve the Jacobian has rank 2: the second singular value is above this part of the first, the third below that
 /// part of the second.
 const RANK_TWO: f64 = 1e-7;
 const NOT_THREE: f64 = 1e-3;
+/// A Hessian with entries below this part of the third derivatives is zero: it is known to the square root of rounding.
+const FLAT: f64 = 1e-7;
 /// Outside of the box by less than this is rounding.
 pub(super) const OUTSIDE: f64 = 1e-9;
 
@@ -62,7 +67,22 @@ impl Tracer<'_> {
     /// The point of a singular curve nearest to `start`, with the simplest equations that are regular there; none within
     /// `reach`.
     pub fn foot(&self, start: Point3, reach: f64) -> Option<(System, Foot)> {
-        System::ALL.iter().find_map(|&system| Some((system, self.on_curve(system, start, reach)?)))
+        System::ALL.iter().find_map(|&system| {
+            let foot = self.on_curve(system, start, reach)?;
+            // Where the Hessian vanishes, it and its minors are regular by rounding only.
+            let uses_hessian = matches!(system, System::Gradient | System::RankOne);
+            (!uses_hessian || !self.is_flat(foot.at)).then_some((system, foot))
+        })
+    }
+
+    /// Does the Hessian vanish, compared with third derivatives?
+    fn is_flat(&self, p: Point3) -> bool {
+        let taylor = self.f.taylor(p);
+        let third = (0..3).flat_map(|a| (a..3).flat_map(move |b| (b..3).map(move |c| [a, b, c])));
+        let largest = third.fold(0.0, |m: f64, [a, b, c]| {
+            m.max(taylor.derivative(sum(unit(a), sum(unit(b), unit(c)))).abs())
+        });
+        taylor.hessian().amax() <= FLAT * largest
     }
 
     fn on_curve(&self, system: System, start: Point3, reach: f64) -> Option<Foot> {
@@ -124,12 +144,10 @@ impl Tracer<'_> {
                 samples.push(last);
                 return (samples, Some(End::Side(last.at)));
             }
+            // One of the samples around the seed is within half a step of it; those on the way out are farther than a step.
             let back = next.at - seed.at;
-            if samples.len() > 3
-                && back.norm() < 0.75 * length.max(STEP)
-                && direction.dot(&next.tangent) > 0.5
-            {
-                if direction.dot(&back) < 0.0 && back.norm() > 0.25 * STEP {
+            if samples.len() > 3 && back.norm() < 0.75 * length && direction.dot(&next.tangent) > 0.5 {
+                if direction.dot(&back) < 0.0 && back.norm() > REPEATED * length {
                     samples.push(next);
                 }
                 return (samples, None);

@@ -4,11 +4,13 @@
 use super::taylor::{ORDER, Taylor};
 use crate::bernstein::tensor::TensorNet;
 use crate::field::{Exponents, QuadraticPolynomial};
-use crate::geom::{Aabb, Point3};
+use crate::geom::{Aabb, Point3, Vec3};
 use num_bigint::BigInt;
 use num_integer::Integer;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A root √d is replaced by a number this many binary digits after the point: the error of the coefficients is far
 /// below that of any float that is made from them.
@@ -33,6 +35,29 @@ pub(super) struct UnitPolynomial {
     digits: u64,
     /// The coefficients over 2^digits, z fastest.
     floats: Vec<f64>,
+    /// Counts what has been done with it.
+    pub work: Work,
+}
+
+/// Steps of splitting nets, by all threads: what a search has cost, whatever the machine.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Work(Arc<AtomicU64>);
+
+impl Work {
+    /// A search that has cost more than this, some ten seconds, ends with an error: it would go on for minutes. The Barth
+    /// decic with its 300 nodes takes a third of it.
+    const MOST: u64 = 3_000_000_000;
+
+    /// Adds the cost of a box with such a net.
+    pub fn add(&self, net: &TensorNet) {
+        let steps = net.coefficients.len() * net.degrees.iter().sum::<usize>();
+        self.0.fetch_add(steps as u64, Ordering::Relaxed);
+    }
+
+    /// Is it too much?
+    pub fn is_spent(&self) -> bool {
+        self.0.load(Ordering::Relaxed) > Self::MOST
+    }
 }
 
 impl UnitPolynomial {
@@ -59,7 +84,7 @@ impl UnitPolynomial {
             .map(|a| (exact(center[a]).abs() + exact(scale) + BigRational::one()).pow(degrees[a] as i32))
             .product();
         let error = (growth * BigRational::from(error) * dense.factor).ceil().to_integer();
-        Self { center, scale, bounds, terms, degrees, error, digits, floats }
+        Self { center, scale, bounds, terms, degrees, error, digits, floats, work: Work::default() }
     }
 
     /// Exponents and whole coefficients.
@@ -75,6 +100,11 @@ impl UnitPolynomial {
     /// The point in model units.
     pub fn model(&self, u: Point3) -> Point3 {
         self.center + self.scale * u
+    }
+
+    /// The box in model units.
+    pub fn model_box(&self, b: &Aabb) -> Aabb {
+        Aabb::new(self.model(b.min), self.model(b.max))
     }
 
     /// Total degree.
@@ -106,7 +136,7 @@ impl UnitPolynomial {
 
     /// The net of f on a box, from the exact coefficients: every coefficient is right to the rounding of the largest.
     pub fn net(&self, cell: &Aabb) -> TensorNet {
-        self.net_of(self.degrees, self.terms.iter().cloned(), 1, cell).0
+        self.net_of(self.degrees, self.terms.iter().cloned(), &BigInt::one(), cell).0
     }
 
     /// The net of the derivative by the parameter of an axis, in units of the whole coefficients: those of the three
@@ -122,8 +152,26 @@ impl UnitPolynomial {
             lower[axis] -= 1;
             (lower, c * e[axis])
         });
-        let (net, scale) = self.net_of(degrees, terms, self.degrees[axis] as u32, cell);
+        let (net, scale) = self.net_of(degrees, terms, &BigInt::from(self.degrees[axis]), cell);
         net.scaled(scale * (cell.max[axis] - cell.min[axis]))
+    }
+
+    /// The net of the derivative in a direction, up to a positive factor: summed before it is rounded, so that what
+    /// cancels is gone.
+    pub fn directional_net(&self, direction: Vec3, cell: &Aabb) -> TensorNet {
+        /// Binary digits of the direction.
+        const DIGITS: u64 = 64;
+        let weights = [0, 1, 2]
+            .map(|a| (exact(direction[a]) * BigRational::from(BigInt::one() << DIGITS)).to_integer());
+        let terms = weights.iter().enumerate().flat_map(|(axis, weight)| {
+            self.terms.iter().filter(move |(e, _)| e[axis] > 0).map(move |(e, c)| {
+                let mut lower = *e;
+                lower[axis] -= 1;
+                (lower, c * e[axis] * weight)
+            })
+        });
+        let growth: BigInt = weights.iter().zip(self.degrees).map(|(w, n)| w.abs() * n).sum();
+        self.net_of(self.degrees, terms, &growth, cell).0
     }
 
     /// The net of a polynomial on a box, scaled to size 1, and the factor to its values; `growth` bounds what
@@ -132,7 +180,7 @@ impl UnitPolynomial {
         &self,
         degrees: [usize; 3],
         terms: impl Iterator<Item = (Exponents, BigInt)>,
-        growth: u32,
+        growth: &BigInt,
         cell: &Aabb,
     ) -> (TensorNet, f64) {
         let mut dense = Dense::new(degrees, terms);
