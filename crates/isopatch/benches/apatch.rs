@@ -3,7 +3,6 @@
 //! `cargo bench -p isopatch --bench apatch` uses a torus of 98,304 faces; its faces are of all classes. For a mesh file, name a
 //! triangle mesh as OFF: `-- bunny.off`. Beside the points stands how fast memory can be filled with as many bytes.
 
-use cpu_time::ProcessTime;
 use isopatch::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use isopatch::apatch::{self, APatchFunction, APatchOptions, APatchSurface};
 use isopatch::bernstein::triangle;
@@ -12,32 +11,16 @@ use isopatch::hull::{self, HermiteMesh, HullOptions};
 use isopatch::tessellate::{APatchResolution, tessellate_a_patches};
 use std::hint::black_box;
 
+mod clock;
+
 #[path = "../tests/support/meshes.rs"]
 mod meshes;
 
-const RUNS: usize = 7;
+use clock::{rate, seconds};
+
 /// Intervals along an edge, and across the patch over it.
 const ALONG: usize = 10;
 const ACROSS: usize = 4;
-
-/// Least processor time of several runs.
-fn seconds<T>(mut run: impl FnMut() -> T) -> f64 {
-    let once = |_| {
-        let start = ProcessTime::now();
-        black_box(run());
-        start.elapsed().as_secs_f64()
-    };
-    (0..RUNS).map(once).fold(f64::INFINITY, f64::min)
-}
-
-fn rate(name: &str, points: usize, seconds: f64, doubles: usize) {
-    let bytes = (points * doubles * 8) as f64;
-    println!(
-        "{name:>30} {:8.1} million points a second, {:6.2} GB/s",
-        points as f64 / seconds / 1e6,
-        bytes / seconds / 1e9
-    );
-}
 
 fn points(function: &APatchFunction) {
     let mesh = function.hull().data().mesh();
@@ -53,12 +36,12 @@ fn points(function: &APatchFunction) {
         let size = faces.len().max(edges.len());
         let (mut p, mut n) = (Points::zeros(size), Points::zeros(size));
         let mut out = GridOut { points: p.view_mut(), normals: with_normals.then(|| n.view_mut()) };
-        let doubles = if with_normals { 6 } else { 3 };
+        let bytes = if with_normals { 48 } else { 24 };
         let what = if with_normals { "and normals" } else { "positions" };
         let time = seconds(|| mesh.faces().for_each(|f| faces.evaluate(function, f, &mut out)));
-        rate(&format!("faces, {what}"), mesh.face_count() * faces.len(), time, doubles);
+        rate(&format!("faces, {what}"), mesh.face_count() * faces.len(), time, bytes);
         let time = seconds(|| curved.iter().for_each(|e| edges.evaluate(function, *e, &mut out)));
-        rate(&format!("edges, {what}"), curved.len() * edges.len(), time, doubles);
+        rate(&format!("edges, {what}"), curved.len() * edges.len(), time, bytes);
     }
     let count = mesh.face_count() * faces.len();
     let mut memory = vec![0.0f64; 3 * count];
@@ -67,7 +50,7 @@ fn points(function: &APatchFunction) {
         value += 1.0;
         memory.fill(black_box(value));
     });
-    rate("memory filled", count, time, 3);
+    rate("memory filled", count, time, 24);
 }
 
 fn main() {

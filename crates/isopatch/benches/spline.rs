@@ -1,9 +1,8 @@
 //! Points with unit normals a second of a degree-7 spline, on one thread: at parameters that all patches share, and at any.
 //!
-//! `cargo bench -p isopatch --bench spline`. Beside them stands how fast memory can be filled with as many bytes, and how fast the
-//! multiplications and additions alone could be: 252 of each a point, without the normal.
+//! `cargo bench -p isopatch --bench spline`. Beside them stands how fast memory can be filled with as many bytes; a point with its
+//! derivatives takes 252 multiplications and as many additions.
 
-use cpu_time::ProcessTime;
 use isopatch::bernstein::lanes::{TangentsMut, TriangleGrid};
 use isopatch::bernstein::triangle;
 use isopatch::gallery;
@@ -13,29 +12,13 @@ use isopatch::spline::DEGREE;
 use isopatch::surface::{PatchId, Sample, Surface};
 use std::hint::black_box;
 
-const RUNS: usize = 7;
+mod clock;
+
+use clock::{rate, seconds};
+
 const FACES: usize = 5_000;
 /// Intervals along an edge.
 const LATTICE: usize = 12;
-
-/// Least processor time of several runs.
-fn seconds<T>(mut run: impl FnMut() -> T) -> f64 {
-    let once = |_| {
-        let start = ProcessTime::now();
-        black_box(run());
-        start.elapsed().as_secs_f64()
-    };
-    (0..RUNS).map(once).fold(f64::INFINITY, f64::min)
-}
-
-fn rate(name: &str, points: usize, seconds: f64, bytes: usize) {
-    let (per_second, bytes) = (points as f64 / seconds, (points * bytes) as f64);
-    println!(
-        "{name:>36} {:8.1} million points a second, {:6.2} GB/s",
-        per_second / 1e6,
-        bytes / seconds / 1e9
-    );
-}
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("no pool was made before");

@@ -57,17 +57,18 @@ fn brick_zeros(field: &dyn Field, grid: &Grid, first: [usize; 3]) -> Vec<Point3>
         return Vec::new();
     }
     let [sx, sy, sz] = [0, 1, 2].map(|a| last[a] - first[a] + 1);
-    let at = |n: usize| [n % sx, n / sx % sy, n / (sx * sy)];
-    let vertex = |n: usize| grid.vertex([0, 1, 2].map(|a| first[a] + at(n)[a]));
-    let points: Points = (0..sx * sy * sz).map(vertex).collect();
+    let mut points = Points::default();
+    for (k, j) in (0..sz).flat_map(|k| (0..sy).map(move |j| (k, j))) {
+        (0..sx).for_each(|i| points.push(grid.vertex([first[0] + i, first[1] + j, first[2] + k])));
+    }
     let mut f = vec![0.0; points.len()];
     field.values(points.view(), &mut f);
     let mut brackets = Brackets::default();
-    for n in 0..points.len() {
-        let [i, j, k] = at(n);
-        // Edges on the far sides belong to the next brick.
-        if i + 1 < sx && j + 1 < sy && k + 1 < sz {
-            for m in [n + 1, n + sx, n + sx * sy] {
+    // Edges on the far sides belong to the next brick.
+    for (k, j) in (0..sz - 1).flat_map(|k| (0..sy - 1).map(move |j| (k, j))) {
+        let row = sx * (j + sy * k);
+        for n in row..row + sx - 1 {
+            for m in [n + 1, n + sx, n + sx * sy].into_iter().filter(|m| (f[n] < 0.0) != (f[*m] < 0.0)) {
                 brackets.add([n, m].map(|i| (points.get(i), f[i])));
             }
         }

@@ -34,7 +34,7 @@ const LIMIT_ROUNDS: usize = 8;
 /// Times that the patch is split that is nearest to where the zero set is too far from the surface.
 const BACK_ROUNDS: usize = 3;
 /// Points of the zero set for each patch, and at least, from which the way back is measured with little effort.
-const SAMPLES_PER_PATCH: usize = 4;
+const SAMPLES_PER_PATCH: usize = 2;
 const FEWEST_SAMPLES: usize = 2_000;
 /// Turn of the normal along the edges of the first mesh for a tolerance: patches that fail are split.
 const TOLERANCE_TURN: f64 = 1.25;
