@@ -3,16 +3,20 @@
 use rayon::prelude::*;
 use std::io::{self, Write};
 
-/// Items that one buffer holds: enough to keep a thread busy, few enough for the buffers to stay small.
-const ITEMS_PER_BUFFER: usize = 64;
-/// Buffers that are filled before they are written.
-const BUFFERS: usize = 64;
+/// Items that one buffer holds: enough to keep a thread busy, few enough for the buffers to stay in its cache.
+const ITEMS_PER_BUFFER: usize = 32;
+/// Buffers a thread that are filled before they are written.
+const BUFFERS_PER_THREAD: usize = 2;
+
+/// Bytes that an exponent can take at the end of a number, as in e-308.
+const EXPONENT: usize = 5;
 
 /// Appends the shortest decimal that reads back as `x`, as ISO 10303-21 wants a REAL: with a point, exponent E.
 pub fn push_real(text: &mut Vec<u8>, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let digits = buffer.format_finite(x);
-    match digits.split_once('e') {
+    let end = digits.len().saturating_sub(EXPONENT);
+    match digits.as_bytes()[end..].contains(&b'e').then(|| digits.split_once('e')).flatten() {
         None => text.extend_from_slice(digits.as_bytes()),
         Some((mantissa, exponent)) => {
             text.extend_from_slice(mantissa.as_bytes());
@@ -52,8 +56,9 @@ pub fn write_items(
     count: usize,
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
-    let mut buffers = vec![Vec::new(); BUFFERS.min(count.div_ceil(ITEMS_PER_BUFFER))];
-    for start in (0..count).step_by(BUFFERS * ITEMS_PER_BUFFER) {
+    let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
+    let mut buffers = vec![Vec::new(); most.min(count.div_ceil(ITEMS_PER_BUFFER))];
+    for start in (0..count).step_by(most * ITEMS_PER_BUFFER) {
         buffers.par_iter_mut().enumerate().for_each(|(b, buffer)| {
             buffer.clear();
             let first = start + b * ITEMS_PER_BUFFER;
