@@ -100,7 +100,8 @@ mod tests {
 
     #[test]
     fn items_come_in_order() {
-        for count in [0, 1, 63, 64, 65, BUFFERS * ITEMS_PER_BUFFER + 100] {
+        let round = BUFFERS_PER_THREAD * rayon::current_num_threads() * ITEMS_PER_BUFFER;
+        for count in [0, 1, ITEMS_PER_BUFFER - 1, ITEMS_PER_BUFFER, ITEMS_PER_BUFFER + 1, round + 100] {
             let mut text = Vec::new();
             write_items(&mut text, count, |i, b| {
                 push_integer(b, i as u64);
