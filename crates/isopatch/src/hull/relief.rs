@@ -54,7 +54,7 @@ const HIGHEST: f64 = 100.0;
 impl Hull {
     /// The hull of the given mesh as it is without refinement; none if nothing was refined.
     pub fn unrefined(&self) -> Option<Self> {
-        let given = self.refinement.given.as_ref()?;
+        let given = self.refinement.given.as_ref().filter(|_| !self.refinement.faces.is_empty())?;
         let refinement = Refinement { is_off: true, ..Refinement::default() };
         Some(built(given.as_ref().clone(), &self.options, refinement))
     }
