@@ -240,14 +240,13 @@ pub struct APatchReport {
     pub face_cells: usize,
     /// Number of cells over edges, on both sides.
     pub edge_cells: usize,
-    /// Vertices around which the mesh was refined without changing its shape, and how many faces that added.
+    /// Vertices around which the mesh was refined without changing its shape.
     pub vertices_refined: usize,
-    /// See there.
+    /// How many faces were added, around these and around those that were rounded.
     pub faces_added: usize,
-    /// Vertices around which the mesh was rounded because its own faces leave room for no smooth surface; the faces that added are
-    /// among those above. How far new vertices there are from the edges of the mesh at most.
+    /// Vertices around which the mesh was rounded because its own faces leave no room for a smooth surface.
     pub vertices_rounded: usize,
-    /// See there.
+    /// How far new vertices around these are from the edges of the mesh at most.
     pub rounded_distance: f64,
     /// Number of vertices whose normal was moved to see the faces around them.
     pub normals_moved: usize,

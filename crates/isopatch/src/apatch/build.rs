@@ -52,13 +52,12 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
             function = plain;
         }
     }
-    if avoidable(&function.hull)
-        && let Some(hull) = function.hull.rounded()
-    {
-        let (round, left) = unfolded(hull, options);
-        if left.is_empty() && round.hull.corners().len() < function.hull.corners().len() {
-            function = round;
-        }
+    if avoidable(&function.hull) {
+        let corners = function.hull.corners().len();
+        let mut rounded = function.hull.rounded().map(|hull| unfolded(hull, options));
+        let better = rounded.find(|(round, left)| left.is_empty() && round.hull.corners().len() < corners);
+        drop(rounded);
+        function = better.map_or(function, |(round, _)| round);
     }
     function.with_free(&options.free)
 }

@@ -107,7 +107,7 @@ fn relieve(
             continue;
         }
         let (before, mark) = (builder.score, builder.mark());
-        let refined = !builder.refinement.vertices.is_empty();
+        let refined = !builder.refinement.faces.is_empty();
         let low = |f: &FaceId| {
             let frame = builder.frame(*f);
             let longest = (0..3).map(|k| (frame.p[(k + 1) % 3] - frame.p[k]).norm()).fold(0.0, f64::max);

@@ -12,6 +12,7 @@
 
 use super::build::built;
 use super::hermite::HermiteMesh;
+use super::options::{ApexRule, RobustApexes};
 use super::refine::{self, HARDLY_SEEN, Refined, Refinement, Way};
 use super::repair;
 use super::simplicial_hull::Hull;
@@ -21,14 +22,14 @@ use crate::mesh::{HalfEdgeId, HalfEdgeMesh, VertexId, normals};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Least product of a normal with those of the faces around it that new vertices move for, and below which a vertex near them is
-/// rounded as well. Between 0.4 and 0.6 little changes on a hand and a pig.
+/// Least product of a normal with those of the faces around it that new vertices move for, and the one below which a vertex beside
+/// them is rounded as well.
 const WELL_SEEN: f64 = 0.6;
-
 const STILL_HARDLY_SEEN: f64 = 0.5 * WELL_SEEN;
 
-/// Distance of new vertices from the normal of their vertex at the beginning, relative to that from the vertex.
-const NARROW: f64 = 0.2;
+/// Distances of new vertices from the normal of their vertex at the beginning, relative to those from the vertex. They end in other
+/// minima from each, and not every one has a hull without corners.
+const STARTS: [f64; 3] = [0.2, 0.1, 0.3];
 
 /// Steps of new vertices, relative to the shortest edge there: at first and at last, and the most rounds of them.
 const FIRST_STEP: f64 = 0.25;
@@ -39,33 +40,48 @@ const ROUNDS: usize = 100;
 const ONE_TURN: f64 = 1.5;
 
 impl Hull {
-    /// The hull of the given mesh rounded at vertices that became corners although a direction sees the faces around them, see
-    /// [`Hull::rounded_vertices`]; none if there are no such vertices.
+    /// Hulls of the given mesh rounded at vertices that became corners although a direction sees the faces around them, see
+    /// [`Hull::rounded_vertices`]: some to choose from, or none if there are no such vertices or that is not wanted.
     ///
     /// A corner that is seen well is one because of its neighbours, and is left as it is.
-    pub fn rounded(&self) -> Option<Self> {
-        let given = self.refinement.given.as_ref()?;
+    pub fn rounded(&self) -> impl Iterator<Item = Self> + '_ {
+        let is_wanted = matches!(self.options.rule, ApexRule::Robust(RobustApexes { rounding: true, .. }));
+        let given = self.refinement.given.as_ref().filter(|_| is_wanted);
+        given.into_iter().flat_map(move |given| {
+            let vertices = self.hardly_seen_corners(given);
+            STARTS.into_iter().filter_map(move |start| self.rounded_from(given, vertices.clone(), start))
+        })
+    }
+
+    fn hardly_seen_corners(&self, given: &HermiteMesh) -> Vec<VertexId> {
         let is_old = |v: &VertexId| v.index() < given.positions().len();
         let corners = self.corners.iter().map(|corner| corner.vertex).filter(is_old);
-        let hardly_seen = corners.filter(|v| {
+        let is_hardly_seen = |v: &VertexId| {
             let product = repair::best_visibility(given, *v);
-            is_smooth(given, *v) && product > 0.0 && product < HARDLY_SEEN
-        });
-        let mut vertices: Vec<VertexId> = hardly_seen.collect();
-        let mut rounding = Rounding::around(given, &vertices)?;
+            product > 0.0 && product < HARDLY_SEEN && is_smooth(given, *v)
+        };
+        corners.filter(is_hardly_seen).collect()
+    }
+
+    fn rounded_from(
+        &self,
+        given: &Arc<HermiteMesh>,
+        mut vertices: Vec<VertexId>,
+        start: f64,
+    ) -> Option<Self> {
+        let mut rounding = Rounding::around(given, &vertices, start)?;
         let more = rounding.hardly_seen();
         if !more.is_empty() {
             vertices.extend(more.into_iter().filter(|v| is_smooth(given, *v)));
             vertices.sort_unstable();
             vertices.dedup();
-            rounding = Rounding::around(given, &vertices)?;
+            rounding = Rounding::around(given, &vertices, start)?;
         }
-        let mut refinement = Refinement { given: Some(Arc::clone(given)), ..Refinement::default() };
         let (farthest, count) = (rounding.farthest(), given.positions().len());
         let Refined { data, face_source, vertex_source, .. } = rounding.finish()?;
-        refinement.extend(&vertices, &face_source, &vertex_source, count);
-        refinement.rounded = vertices;
-        refinement.farthest = farthest;
+        let given = Some(Arc::clone(given));
+        let mut refinement = Refinement { given, rounded: vertices, farthest, ..Refinement::default() };
+        refinement.extend(&[], &face_source, &vertex_source, count);
         Some(built(data, &self.options, refinement))
     }
 }
@@ -100,14 +116,14 @@ struct Rounding<'a> {
 
 impl<'a> Rounding<'a> {
     /// None without vertices, or where cutting leaves faces without area.
-    fn around(given: &'a HermiteMesh, vertices: &[VertexId]) -> Option<Self> {
+    fn around(given: &'a HermiteMesh, vertices: &[VertexId], start: f64) -> Option<Self> {
         if vertices.is_empty() {
             return None;
         }
         let flat = refine::cut_corners(given, vertices, Way::AtPart)?;
         let positions = flat.data.positions().to_vec();
         let mut rounding = Self { given, flat, positions };
-        vertices.iter().for_each(|v| rounding.spread(*v));
+        vertices.iter().for_each(|v| rounding.spread(*v, start));
         rounding.descend();
         Some(rounding)
     }
@@ -117,7 +133,7 @@ impl<'a> Rounding<'a> {
     }
 
     /// Puts the new vertices around a vertex evenly around its best seen direction, in one turn, as high as they are.
-    fn spread(&mut self, v: VertexId) {
+    fn spread(&mut self, v: VertexId, start: f64) {
         let mesh = self.flat.data.mesh();
         let (n, _) = best_product(mesh, &self.positions, v);
         let at = self.positions[v.index()];
@@ -132,7 +148,7 @@ impl<'a> Rounding<'a> {
         let rotation = f64::atan2(sin, cos);
         for (k, (w, e)) in ring.iter().zip(&edges).enumerate() {
             let (sin, cos) = (rotation + even(k)).sin_cos();
-            self.positions[*w] = at + n.dot(e) * n + NARROW * e.norm() * (cos * x + sin * y);
+            self.positions[*w] = at + n.dot(e) * n + start * e.norm() * (cos * x + sin * y);
         }
     }
 
@@ -237,24 +253,40 @@ impl<'a> Rounding<'a> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::mesh::normals::angle_weighted;
+    use crate::hull::{HullOptions, build};
 
     fn hermite(positions: Vec<Point3>, faces: &[[u32; 3]]) -> HermiteMesh {
         let mesh = HalfEdgeMesh::from_faces(positions.len(), faces).unwrap();
-        let normals = angle_weighted(&mesh, &positions);
-        HermiteMesh::new(mesh, positions, &normals).unwrap()
+        let gradients: Vec<Vec3> = positions.iter().map(|p| p + 1e-3 * Vec3::z()).collect();
+        HermiteMesh::new(mesh, positions, &gradients).unwrap()
+    }
+
+    fn flat_tetrahedron() -> HermiteMesh {
+        let p = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -0.01, 1.0], [0.0, 0.01, -1.0]].map(Point3::from);
+        hermite(p.to_vec(), &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    }
+
+    #[test]
+    fn corners_are_rounded_if_that_is_wanted() {
+        let options = HullOptions::default();
+        let hull = build(flat_tetrahedron(), &options);
+        println!("{:?}", hull.corners());
+        let round = hull.rounded().next().unwrap();
+        println!("{:?} {:?}", round.corners(), round.rounded_vertices());
+        let hull = build(flat_tetrahedron(), &options.without_rounding());
+        assert!(hull.rounded().next().is_none());
     }
 
     #[test]
     fn tips_of_a_flat_tetrahedron_see_their_faces_once_rounded() {
-        let p = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, -0.01, 1.0], [0.0, 0.01, -1.0]].map(Point3::from);
-        let data = hermite(p.to_vec(), &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);
+        let data = flat_tetrahedron();
+        let p: Vec<Point3> = data.positions().to_vec();
         let vertices: Vec<VertexId> = data.mesh().vertices().collect();
         assert!(vertices.iter().all(|v| best_product(data.mesh(), &p, *v).1 < HARDLY_SEEN));
-        let rounding = Rounding::around(&data, &vertices).unwrap();
+        let rounding = Rounding::around(&data, &vertices, STARTS[0]).unwrap();
         assert!(rounding.hardly_seen().is_empty());
-        let farthest = rounding.farthest();
-        assert!(farthest > 0.01 && farthest < 0.5, "{farthest}");
+        let (farthest, shortest_edge) = (rounding.farthest(), 2f64.sqrt());
+        assert!(farthest > 0.01 && farthest < shortest_edge, "{farthest}");
         let Refined { data, .. } = rounding.finish().unwrap();
         assert_eq!(data.positions()[..4], p);
         for v in data.mesh().vertices() {

@@ -184,7 +184,7 @@ impl Hull {
         self.refinement.edge_of([mesh.origin(h), mesh.dest(h)])
     }
 
-    /// How many faces refinement added.
+    /// How many faces refinement and rounding added.
     pub fn added_faces(&self) -> usize {
         self.refinement.added_faces()
     }
