@@ -287,7 +287,8 @@ impl Pieces {
 const ROUNDS: usize = 8;
 
 /// Best product with the normals of the faces at a vertex up to which it counts as seen from nowhere: cells over faces that are seen at
-/// less than a degree are so thin that their patches turn over, unless their shape changes, see [`super::round`] (tried on a hand and a pig, at 7e-4 to 0.019).
+/// less than a degree are so thin that their patches turn over, whatever is done in the planes of the faces (tried on a hand and a
+/// pig, at 7e-4 to 0.019). Rounding changes them.
 const LEAST_SEEN: f64 = 0.02;
 
 /// Most times that corners are cut off at one vertex.

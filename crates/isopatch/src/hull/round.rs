@@ -27,8 +27,8 @@ use std::sync::Arc;
 const WELL_SEEN: f64 = 0.6;
 const STILL_HARDLY_SEEN: f64 = 0.5 * WELL_SEEN;
 
-/// Distances of new vertices from the normal of their vertex at the beginning, relative to those from the vertex. They end in other
-/// minima from each, and not every one has a hull without corners.
+/// Distances of new vertices from the normal of their vertex at the beginning, relative to those from the vertex. From each they end
+/// in another minimum, and not over every one a hull without corners was found.
 const STARTS: [f64; 3] = [0.2, 0.1, 0.3];
 
 /// Steps of new vertices, relative to the shortest edge there: at first and at last, and the most rounds of them.

@@ -161,7 +161,7 @@ impl Hull {
         &self.refinement.rounded
     }
 
-    /// Largest distance of a new vertex around rounded ones from the edge of the given mesh that it is for.
+    /// Largest distance of a new vertex around rounded ones from the edge of the given mesh on which it was cut.
     pub fn rounded_distance(&self) -> f64 {
         self.refinement.farthest
     }

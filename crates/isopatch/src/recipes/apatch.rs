@@ -299,7 +299,8 @@ fn problems(function: &APatchFunction, sources: &Sources) -> Vec<Repair> {
     );
     let rounded: Vec<Place> = hull.rounded_vertices().iter().map(|v| sources.of_vertex(*v)).collect();
     let off = format!(
-        "faces around them were cut, and new vertices put up to {:.1e} of the diagonal off the edges, so that all see their faces",
+        "faces around them were cut, and new vertices put up to {:.1e} of the diagonal off the edges, so that all \
+         see their faces",
         hull.rounded_distance() / hull.data().diagonal()
     );
     let moved: Vec<Place> = hull.moved_normals().iter().map(|v| at_vertex(*v)).collect();
