@@ -36,6 +36,7 @@ mod relief;
 mod repair;
 mod shear;
 mod simplicial_hull;
+pub mod tetrahedron;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.
