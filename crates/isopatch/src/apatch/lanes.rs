@@ -27,8 +27,8 @@ const SETTLED: f64 = 1e-4;
 
 impl Lane {
     /// The numbers of a run of points, the last one repeated to fill the lane.
-    pub fn new(points: &[[f64; 3]], f: impl Fn([f64; 3]) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(points[i.min(points.len() - 1)])))
+    pub fn new<T>(points: &[T], f: impl Fn(&T) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(&points[i.min(points.len() - 1)])))
     }
 }
 

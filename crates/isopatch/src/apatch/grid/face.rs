@@ -103,11 +103,11 @@ impl FaceTable {
 
 impl FaceChunk {
     fn new(points: &[[f64; 3]], split: bool) -> Self {
-        let of = |f: &dyn Fn(&Terms) -> f64| Lane::new(points, |x| f(&Base::terms(x, split)));
+        let terms: Vec<Terms> = points.iter().map(|x| Base::terms(*x, split)).collect();
         Self {
             x: std::array::from_fn(|c| Lane::new(points, |x| x[c])),
-            base: std::array::from_fn(|n| of(&|terms| terms.0[n])),
-            base_d: std::array::from_fn(|c| std::array::from_fn(|n| of(&|terms| terms.1[c][n]))),
+            base: std::array::from_fn(|n| Lane::new(&terms, |(value, _)| value[n])),
+            base_d: std::array::from_fn(|c| std::array::from_fn(|n| Lane::new(&terms, |(_, d)| d[c][n]))),
         }
     }
 

@@ -49,7 +49,7 @@ fn tensor(n: usize, [j, k]: [usize; 2], [s, t]: [f64; 2]) -> Form {
 
 impl PyramidChunk {
     fn new(points: &[[f64; 3]]) -> Self {
-        let lane = |f: &dyn Fn([f64; 2]) -> f64| Lane::new(points, |[s, t, _]| f([s, t]));
+        let lane = |f: &dyn Fn([f64; 2]) -> f64| Lane::new(points, |&[s, t, _]| f([s, t]));
         let base = |n: usize, [s, t]: [f64; 2]| -> Form {
             if n < 8 { tensor(3, BASE_BORDER[n], [s, t]) } else { inner_weights(s, t)[(n - 8) / 2][n % 2] }
         };

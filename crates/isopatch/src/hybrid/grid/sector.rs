@@ -31,7 +31,7 @@ struct SectorChunk {
 
 impl SectorChunk {
     fn new(points: &[[f64; 3]]) -> Self {
-        let lane = |f: &dyn Fn([f64; 3]) -> f64| Lane::new(points, f);
+        let lane = |f: &dyn Fn([f64; 3]) -> f64| Lane::new(points, |x| f(*x));
         let base = |n: usize| {
             let mut unit = SectorBase::default();
             if n < 8 {
