@@ -31,11 +31,12 @@ impl Base {
         let at = |third: usize, k: usize| {
             let (a, b) = (k, (k + 1) % 3);
             let sides = [e[a][b], e[b][a]];
+            let w = alpha(&face.p[third], &face.p[a], &face.p[b]);
             if split {
                 let at_centroid = |a: usize| (e[a][(a + 1) % 3] + e[a][(a + 2) % 3]) / 3.0;
-                mid_edge(alpha(&face.c, &face.p[a], &face.p[b]), sides, [at_centroid(a), at_centroid(b)])
+                // α is 2 and −1 at the ends of the edge, and affine: its mean is exact where the centroid of a tiny face is not.
+                mid_edge((1.0 + w) / 3.0, sides, [at_centroid(a), at_centroid(b)])
             } else {
-                let w = alpha(&face.p[third], &face.p[a], &face.p[b]);
                 mid_edge(w, sides, [e[a][third], e[b][third]])
             }
         };

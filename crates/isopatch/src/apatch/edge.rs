@@ -41,20 +41,29 @@ pub struct Flank {
     pub third_q: f64,
 }
 
+/// The value of a linear function at a point with the given barycentric coordinates, by its values at the corners.
+///
+/// In a thin cell coordinates are large and cancel. They multiply differences of the values here, which are small where the
+/// corners are close together.
+fn affine(weights: [f64; 4], values: [f64; 4]) -> f64 {
+    let o = (1..4).fold(0, |o, c| if weights[c].abs() > weights[o].abs() { c } else { o });
+    values[o] + (0..4).map(|c| weights[c] * (values[c] - values[o])).sum::<f64>()
+}
+
 impl EdgeSide {
     /// From the cells of the left and the right face (4.15)–(4.17), free parameters left out.
     pub fn new(cell: &EdgeCell, left: &Flank, right: &Flank) -> Self {
         let [mu_k, mu_i, mu_j, mu_u] = cell.mu;
         let [nu_u, nu_i, nu_j, nu_l] = cell.nu;
         // f_1002 is affine in μ over the four points of the left cell, f_2001 in ν over those of the right cell.
-        let across = |flank: &Flank, [third, i, j, apex]: [f64; 4]| {
+        let across = |flank: &Flank, weights: [f64; 4]| {
             let Rim { layer1, q, .. } = flank.rim;
             let q = q.map(|q| layer2(q, 0.0));
             let mixed = [
-                third * flank.third[0] + i * layer1[0] + j * layer1[1] + apex * q[0],
-                third * flank.third[1] + i * layer1[1] + j * layer1[2] + apex * q[1],
+                affine(weights, [flank.third[0], layer1[0], layer1[1], q[0]]),
+                affine(weights, [flank.third[1], layer1[1], layer1[2], q[1]]),
             ];
-            (mixed, third * layer2(flank.third_q, 0.0) + i * q[0] + j * q[1])
+            (mixed, affine(weights, [layer2(flank.third_q, 0.0), q[0], q[1], 0.0]))
         };
         let (b, f_1002) = across(left, [mu_k, mu_i, mu_j, mu_u]);
         let (a, f_2001) = across(right, [nu_l, nu_i, nu_j, nu_u]);

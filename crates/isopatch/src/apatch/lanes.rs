@@ -4,7 +4,8 @@
 //! width of the vectors is the machine's choice and does not change a bit.
 
 use super::grid::GridOut;
-use crate::geom::{Mat3, Point3};
+use crate::geom::Point3;
+use crate::hull::tetrahedron::EdgeBasis;
 use crate::hull::{Class, Side};
 use pulp::{Arch, NullaryFnOnce};
 
@@ -103,16 +104,19 @@ pub fn quadratic(r: f64, t: f64, [a, b, c]: [f64; 3]) -> f64 {
 
 /// A matrix in rows times a vector.
 #[inline(always)]
-pub fn product(m: &[f64; 9], v: [f64; 3]) -> [f64; 3] {
-    let [x, y, z] = v;
-    [m[0] * x + m[1] * y + m[2] * z, m[3] * x + m[4] * y + m[5] * z, m[6] * x + m[7] * y + m[8] * z]
+pub fn product(m: &[f64; 12], v: [f64; 4]) -> [f64; 3] {
+    let [a, b, c, d] = v;
+    [
+        (m[0] * a + m[1] * b) + (m[2] * c + m[3] * d),
+        (m[4] * a + m[5] * b) + (m[6] * c + m[7] * d),
+        (m[8] * a + m[9] * b) + (m[10] * c + m[11] * d),
+    ]
 }
 
 /// What takes derivatives by the barycentric coordinates of a cell to gradients, for the function times the sign of the side.
-pub fn to_gradient(side: Side, corners: &[Point3; 4]) -> [f64; 9] {
-    let edges = [1, 2, 3].map(|c| (corners[c] - corners[0]).transpose());
-    let inverse = Mat3::from_rows(&edges).try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
-    std::array::from_fn(|n| side.sign() * inverse[(n / 3, n % 3)])
+pub fn to_gradient(side: Side, corners: &[Point3; 4]) -> [f64; 12] {
+    let by = EdgeBasis::new(corners).coordinate_gradients();
+    std::array::from_fn(|n| side.sign() * by[n % 4][n / 4])
 }
 
 /// A patch with all that its rays need.

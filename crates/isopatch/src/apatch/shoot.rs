@@ -2,7 +2,8 @@
 
 use super::build::APatchFunction;
 use crate::bernstein::cubic;
-use crate::geom::{Mat3, Point3, Vec3};
+use crate::geom::{Point3, Vec3};
+use crate::hull::tetrahedron::EdgeBasis;
 use crate::hull::{Class, Side};
 use crate::mesh::{EdgeId, FaceId};
 
@@ -46,9 +47,7 @@ fn dot(a: [f64; 4], b: [f64; 4]) -> f64 {
 
 /// Gradient of a function in a tetrahedron by its derivatives by the barycentric coordinates.
 pub(super) fn gradient(corners: &[Point3; 4], d: [f64; 4]) -> Vec3 {
-    let edges = [1, 2, 3].map(|c| (corners[c] - corners[0]).transpose());
-    let inverse = Mat3::from_rows(&edges).try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
-    inverse * Vec3::new(d[1] - d[0], d[2] - d[0], d[3] - d[0])
+    EdgeBasis::new(corners).gradient(d)
 }
 
 impl Ray {

@@ -44,6 +44,24 @@ pub fn mid_edge(alpha: f64, [e_ab, e_ba]: [f64; 2], [f_aaw, f_bbw]: [f64; 2]) ->
     0.5 * (f_aaw + f_bbw + alpha * e_ab + (1.0 - alpha) * e_ba)
 }
 
+/// (b − a) · g, rounded once: computed in twice the precision. Two corners of a needle differ in it by less than the rounding
+/// of the products.
+fn slope(a: &Point3, b: &Point3, g: &Vec3) -> f64 {
+    let (mut sum, mut rest) = (0.0, 0.0);
+    for c in 0..3 {
+        let difference = b[c] - a[c];
+        // What the difference has lost, by Knuth's sum.
+        let back = difference - b[c];
+        let lost = (b[c] - (difference - back)) - (a[c] + back);
+        let product = difference * g[c];
+        let total: f64 = sum + product;
+        let part = total - sum;
+        rest += (sum - (total - part)) + (product - part) + difference.mul_add(g[c], -product) + lost * g[c];
+        sum = total;
+    }
+    sum + rest
+}
+
 impl FaceFrame {
     /// From corners and gradients.
     pub fn new(p: [Point3; 3], n: [Vec3; 3]) -> Self {
@@ -52,7 +70,7 @@ impl FaceFrame {
         let longest = edges.iter().map(Vec3::norm).fold(0.0, f64::max);
         // Relative to corner 0, so that a face far from the origin loses nothing.
         let c = p[0] + (edges[0] - edges[2]) / 3.0;
-        let e = std::array::from_fn(|a| std::array::from_fn(|b| (p[b] - p[a]).dot(&n[a]) / 3.0));
+        let e = std::array::from_fn(|a| std::array::from_fn(|b| slope(&p[a], &p[b], &n[a]) / 3.0));
         Self { p, n, c, normal: area.normalize(), inner_radius: area.norm() / (3.0 * longest), e }
     }
 
@@ -77,7 +95,7 @@ impl FaceFrame {
     /// Layer 1 of the cell with the given apex.
     pub fn layer1(&self, side: Side, apex: &Point3) -> Layer1 {
         let s = side.sign();
-        let corner: [f64; 3] = std::array::from_fn(|a| (apex - self.p[a]).dot(&self.n[a]) / 3.0);
+        let corner: [f64; 3] = std::array::from_fn(|a| slope(&self.p[a], apex, &self.n[a]) / 3.0);
         let edge = std::array::from_fn(|k| self.over_edge(k, apex, [corner[k], corner[(k + 1) % 3]]));
         Layer1 { corner: corner.map(|f| s * f), edge: edge.map(|f| s * f) }
     }

@@ -37,6 +37,7 @@ mod repair;
 mod round;
 mod shear;
 mod simplicial_hull;
+pub mod tetrahedron;
 mod visibility;
 
 // Meshes to test with, shared with the integration tests, which name this crate from outside.

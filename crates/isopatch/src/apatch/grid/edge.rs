@@ -143,7 +143,7 @@ struct EdgeRay {
     b: [f64; 2],
     a: [f64; 2],
     far: [f64; 2],
-    to_gradient: [f64; 9],
+    to_gradient: [f64; 12],
 }
 
 /// The parts of layers 1 to 3 that go with powers of the weights of the right and the left apex.
@@ -201,7 +201,7 @@ impl EdgePatch {
                 b: cell.b,
                 a: cell.a,
                 far: cell.far,
-                to_gradient: if normals { to_gradient(side, &[*u_l, p_i, p_j, *u_k]) } else { [0.0; 9] },
+                to_gradient: if normals { to_gradient(side, &[*u_l, p_i, p_j, *u_k]) } else { [0.0; 12] },
             })
         });
         Self { class: edge.class, ends: edge.ends.map(Into::into), e: layer0, sides }
@@ -288,6 +288,6 @@ impl Rays for EdgePatch {
         let by_left = 3.0 * quadratic(r, t, [left1, to_left, third[1]]);
         let by_start = self.derivative::<0>(side, [x, z, y], t);
         let by_end = self.derivative::<1>(side, [x, z, y], t);
-        product(&side.to_gradient, [by_start - by_right, by_end - by_right, by_left - by_right])
+        product(&side.to_gradient, [by_right, by_start, by_end, by_left])
     }
 }

@@ -137,7 +137,7 @@ struct FaceRay {
     q: [f64; 3],
     /// b/3 and b.
     b: [f64; 2],
-    to_gradient: [f64; 9],
+    to_gradient: [f64; 12],
 }
 
 impl<'a> FaceCells<'a> {
@@ -168,7 +168,7 @@ impl FacePatch {
                 edge: cell.layer1.edge.map(|f| 2.0 * f),
                 q: cell.q.map(|q| 2.0 / 3.0 * q),
                 b: [b / 3.0, b],
-                to_gradient: if normals { to_gradient(side, &[p, q, r, apex]) } else { [0.0; 9] },
+                to_gradient: if normals { to_gradient(side, &[p, q, r, apex]) } else { [0.0; 12] },
             })
         });
         Self { corners: corners.map(Into::into), data: face.base.data(), class, sides }
@@ -264,6 +264,6 @@ impl Rays for FacePatch {
             self.derivative::<2>(side, chunk, at, t, i),
         ];
         let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, side.b[1]]);
-        product(&side.to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]])
+        product(&side.to_gradient, [d[0], d[1], d[2], to_apex])
     }
 }

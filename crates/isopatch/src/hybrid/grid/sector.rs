@@ -127,7 +127,7 @@ struct SectorRay {
     turns: [f64; 4],
     layer2: [f64; 3],
     layer3: [f64; 1],
-    to_gradient: [f64; 9],
+    to_gradient: [f64; 12],
 }
 
 impl SectorRay {
@@ -142,7 +142,7 @@ impl SectorRay {
             turns: [cell.turn[0], cell.turn[1], cell.through[0], cell.through[1]],
             layer2: cell.layer2,
             layer3: [cell.layer3],
-            to_gradient: if normals { to_gradient(side, &[c, p, q, apex]) } else { [0.0; 9] },
+            to_gradient: if normals { to_gradient(side, &[c, p, q, apex]) } else { [0.0; 12] },
         }
     }
 
@@ -253,6 +253,6 @@ impl Rays for SectorPatch {
             self.derivative::<2>(side, chunk, at, t, i),
         ];
         let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, side.layer3[0]]);
-        product(&side.to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]])
+        product(&side.to_gradient, [d[0], d[1], d[2], to_apex])
     }
 }
