@@ -29,9 +29,8 @@ pub enum Format {
 
 /// A file name whose ending names no format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: unknown ending {ending}; the endings are {}", Format::endings())]
+#[error("unknown ending {ending}; the endings are {}", Format::endings())]
 pub struct UnknownFormat {
-    file: String,
     ending: String,
 }
 
@@ -56,7 +55,6 @@ impl Format {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let known = |(name, _): &&(&str, Self)| Some(*name) == ending.as_deref();
         Self::ENDINGS.iter().find(known).map(|(_, format)| *format).ok_or_else(|| UnknownFormat {
-            file: path.display().to_string(),
             ending: ending.as_ref().map_or("(none)".to_owned(), |e| format!(".{e}")),
         })
     }
