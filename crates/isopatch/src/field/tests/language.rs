@@ -89,6 +89,11 @@ fn errors_name_the_culprit_and_its_column() {
         ("(x+1", 1, "\"(\" without \")\""),
         ("x*(y+sin(z)", 3, "\"(\" without \")\""),
         ("sin(x", 4, "\"(\" without \")\""),
+        // An equals sign inside is not to blame if the parenthesis was to end before it.
+        ("(x^2+y^2 = 1", 1, "\"(\" without \")\""),
+        ("x+sin(y+(z) = 1", 6, "\"(\" without \")\""),
+        ("(x = 1)", 4, "\"=\" may stand only once"),
+        ("x = y = (z", 7, "\"=\" may stand only once"),
         ("x+1)", 4, "\")\" without \"(\""),
         ("x + * y", 5, "expected a number, a name or \"(\", found \"*\""),
         ("()", 2, "expected a number, a name or \"(\", found \")\""),
