@@ -35,7 +35,7 @@ pub enum FormulaErrorKind {
         limit: usize,
     },
     /// A character that means nothing.
-    #[error("unknown symbol {0:?}{}", of_symbol(*.0))]
+    #[error("unknown symbol {}", of_symbol(*.0))]
     UnknownSymbol(char),
     /// A name that is no variable, function or constant.
     #[error("unknown name \"{name}\"{}", hint(name, suggestion))]
@@ -84,12 +84,13 @@ pub enum FormulaErrorKind {
     MisplacedEquals,
 }
 
-/// What to write instead of a symbol.
-fn of_symbol(symbol: char) -> &'static str {
-    match symbol {
+/// A symbol, and what to write instead of it.
+fn of_symbol(symbol: char) -> String {
+    let instead = match symbol {
         '<' | '>' | '≤' | '≥' => ": write =, the solid is where the left side is less",
         _ => "",
-    }
+    };
+    format!("{symbol:?}{instead}")
 }
 
 fn hint(name: &str, suggestion: &Option<String>) -> String {
