@@ -1,6 +1,7 @@
 """Rows beside those of the formulas: points of patches, smooth meshes, STEP, threads, and time per patch."""
 
 import filecmp
+import json
 import os
 import subprocess
 import tempfile
@@ -22,6 +23,8 @@ REFINED = [8, 64]
 # Patches of the torus for the time of each.
 SIZES = [1_000, 10_000, 50_000, 200_000]
 LOAD = 600
+# Bytes of a .glb before its JSON: the header of the file and that of the chunk.
+GLB_HEADER = 20
 
 PROGRAMS = [
     Peer("OpenSubdiv", "Apache-2.0 (modified)", version=lambda: install.debian("libosd-dev")),
@@ -175,7 +178,7 @@ def whole_process(command):
 
 
 def refine(runs, folder):
-    """From a mesh file to a file of refined points with normals."""
+    """From a mesh file to a file of refined points with normals: single precision and triangles, from all."""
     mesh = Path(folder, "sphere.off")
     sphere.write_off(mesh, *sphere.icosphere(2))
     rows = []
@@ -184,11 +187,11 @@ def refine(runs, folder):
         commands = {
             "isopatch A-patches": lambda n=n, out=out: [
                 install.isopatch_binary(), "fit", mesh, "--quiet", "--threads", "1", "--resolution", str(n),
-                "-o", f"{out}.ply",
+                "-o", f"{out}.glb",
             ],
             "isopatch spline": lambda n=n, out=out: [
                 install.isopatch_binary(), "fit", mesh, "--quiet", "--threads", "1", "--resolution", str(n),
-                "--method", "spline", "-o", f"{out}.ply",
+                "--method", "spline", "-o", f"{out}.glb",
             ],
             "manifold3d smooth and refine": lambda n=n, out=out: [
                 *install.python_peer("manifold_smooth.py", "manifold3d"), mesh, str(n), f"{out}.bin",
@@ -218,16 +221,18 @@ def refined_rows(what, commands, runs):
         values = {key: median(run[key] for run, _ in runs_of) for key in runs_of[0][0]}
         printed = runs_of[0][1].strip()
         values |= {k: float(v) for k, v in (w.split("=") for w in printed.split("\t") if "=" in w)}
-        values["points"] = values.get("points") or vertices_of_ply(commands[who]()[-1])
+        values["points"] = values.get("points") or vertices_of_glb(commands[who]()[-1])
         note = f"{values['points']:,.0f} points"
         note += f"; {1e3 * values['loading']:.0f} ms of it imports" if "loading" in values else ""
         rows.append(Figure(what, who, 1e3 * values["seconds"], "ms", note, values=values))
     return rows
 
 
-def vertices_of_ply(path):
+def vertices_of_glb(path):
     with open(path, "rb") as file:
-        return next(int(line.split()[2]) for line in file if line.startswith(b"element vertex"))
+        header = file.read(GLB_HEADER)
+        scene = json.loads(file.read(int.from_bytes(header[12:16], "little")))
+    return scene["accessors"][0]["count"]
 
 
 def threads(runs, folder, tolerance=1e-4):

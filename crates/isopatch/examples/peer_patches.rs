@@ -136,7 +136,7 @@ fn step(path: &str) -> Answer {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global()?;
+    rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global()?;
     let mut served = Served::default();
     let mut out = io::stdout().lock();
     writeln!(out, "ready")?;

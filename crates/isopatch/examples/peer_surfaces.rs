@@ -85,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => Effort::Full,
     };
     let threads = words.get(1).map_or(Ok(1), |word| word.parse())?;
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
+    rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread().build_global()?;
     let mut out = io::stdout().lock();
     writeln!(out, "ready")?;
     for line in io::stdin().lock().lines() {

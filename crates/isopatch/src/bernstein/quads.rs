@@ -14,6 +14,7 @@
 use super::{curve::binomial, index};
 use crate::geom::Point3;
 use nalgebra::SMatrix;
+use pulp::{Arch, NullaryFnOnce};
 use std::sync::LazyLock;
 
 /// Degree of the triangle and of the quads in either direction.
@@ -24,8 +25,14 @@ const NET: usize = index::count(DEGREE);
 /// Control points `c[i][j]` of a tensor-product patch, i in the first parameter.
 pub type QuadNet = [[Point3; SIDE]; SIDE];
 
-/// Rows (8 i + j) of the map from the triangle's net to quad 0's net; the other quads are turned copies.
-static CONVERSION: LazyLock<Vec<[f64; NET]>> = LazyLock::new(conversion_rows);
+/// What each control point of the triangle gives to those of quad 0, which stand at 8 i + j; the other quads are turned copies.
+static CONVERSION: LazyLock<Vec<[f64; SIDE * SIDE]>> = LazyLock::new(|| {
+    let rows = conversion_rows();
+    (0..NET).map(|c| std::array::from_fn(|p| rows[p][c])).collect()
+});
+
+/// For each quad, where the control points of the triangle stand when its corner there comes first.
+static TURNED: LazyLock<[[usize; NET]; 3]> = LazyLock::new(|| std::array::from_fn(turned));
 
 /// c_ij = 1/(C(7,i) C(7,j)) Σ 7!/(n00! n10! n01! n11!) · blossom(P00^n00 P10^n10 P01^n01 P11^n11) with
 /// n10 + n11 = i, n01 + n11 = j and seven arguments in all: the triangle's polynomial after the
@@ -73,23 +80,44 @@ fn blossom_row(arguments: &[([f64; 3], usize)]) -> [f64; NET] {
 /// The three quads of a degree-7 net, see the drawing. The quads agree with the triangle to rounding; points
 /// that neighbouring quads share are computed more than once and can differ in the last bit.
 pub fn split(net: &[Point3; NET]) -> [QuadNet; 3] {
-    std::array::from_fn(|m| {
-        let turned: [Point3; NET] = turn(net, m);
-        let mut quad = [[Point3::zeros(); SIDE]; SIDE];
-        for (p, row) in CONVERSION.iter().enumerate() {
-            quad[p / SIDE][p % SIDE] = row.iter().zip(&turned).map(|(w, b)| *w * b).sum();
-        }
-        quad
-    })
+    Arch::new().dispatch(Split { net, conversion: &CONVERSION, turned: &TURNED })
 }
 
-/// The net renumbered so that corner `m` comes first.
-fn turn(net: &[Point3; NET], m: usize) -> [Point3; NET] {
-    let mut turned = [Point3::zeros(); NET];
+struct Split<'a> {
+    net: &'a [Point3; NET],
+    conversion: &'a [[f64; SIDE * SIDE]],
+    turned: &'a [[usize; NET]; 3],
+}
+
+impl NullaryFnOnce for Split<'_> {
+    type Output = [QuadNet; 3];
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let mut quads = [[[Point3::zeros(); SIDE]; SIDE]; 3];
+        for (quad, turned) in quads.iter_mut().zip(self.turned) {
+            for axis in 0..3 {
+                let mut sums = [0.0; SIDE * SIDE];
+                for (shares, at) in self.conversion.iter().zip(turned) {
+                    let x = self.net[*at][axis];
+                    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * x);
+                }
+                for (p, sum) in sums.iter().enumerate() {
+                    quad[p / SIDE][p % SIDE][axis] = *sum;
+                }
+            }
+        }
+        quads
+    }
+}
+
+/// The net's numbers in the order in which corner `m` comes first.
+fn turned(m: usize) -> [usize; NET] {
+    let mut turned = [0; NET];
     for ijk in index::indices(DEGREE) {
         let mut source = [0; 3];
         (0..3).for_each(|c| source[(c + m) % 3] = ijk[c]);
-        turned[index::position(ijk)] = net[index::position(source)];
+        turned[index::position(ijk)] = index::position(source);
     }
     turned
 }

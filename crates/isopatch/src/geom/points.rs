@@ -63,6 +63,13 @@ impl Points {
         self.z.truncate(count);
     }
 
+    /// Makes them `count` points: the first ones, or all and more at the origin.
+    pub fn resize(&mut self, count: usize) {
+        self.x.resize(count, 0.0);
+        self.y.resize(count, 0.0);
+        self.z.resize(count, 0.0);
+    }
+
     /// Appends a point.
     pub fn push(&mut self, p: Point3) {
         self.x.push(p.x);

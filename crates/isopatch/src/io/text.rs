@@ -3,8 +3,11 @@
 use rayon::prelude::*;
 use std::io::{self, Write};
 
-/// Items that one buffer holds: enough to keep a thread busy, few enough for the buffers to stay in its cache.
-const ITEMS_PER_BUFFER: usize = 32;
+/// Bytes that a buffer is to hold: enough to keep a thread busy and to pass by the buffer of a file, few enough to stay in the
+/// cache.
+const BYTES_PER_BUFFER: usize = 1 << 18;
+/// Items of the first buffers, before it is known how long they are.
+const FIRST_ITEMS: usize = 32;
 /// Buffers a thread that are filled before they are written.
 const BUFFERS_PER_THREAD: usize = 2;
 
@@ -57,14 +60,18 @@ pub fn write_items(
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
     let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
-    let mut buffers = vec![Vec::new(); most.min(count.div_ceil(ITEMS_PER_BUFFER))];
-    for start in (0..count).step_by(most * ITEMS_PER_BUFFER) {
-        buffers.par_iter_mut().enumerate().for_each(|(b, buffer)| {
+    let mut buffers = vec![Vec::new(); most.min(count.div_ceil(FIRST_ITEMS))];
+    let (mut start, mut items) = (0, FIRST_ITEMS);
+    while start < count {
+        let used = buffers.len().min((count - start).div_ceil(items));
+        buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
             buffer.clear();
-            let first = start + b * ITEMS_PER_BUFFER;
-            (first..count.min(first + ITEMS_PER_BUFFER)).for_each(|item| format(item, buffer));
+            let first = start + b * items;
+            (first..count.min(first + items)).for_each(|item| format(item, buffer));
         });
-        buffers.iter().try_for_each(|buffer| out.write_all(buffer))?;
+        buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
+        start += used * items;
+        items = (items * BYTES_PER_BUFFER).div_ceil(buffers[0].len().max(items));
     }
     Ok(())
 }
@@ -100,8 +107,8 @@ mod tests {
 
     #[test]
     fn items_come_in_order() {
-        let round = BUFFERS_PER_THREAD * rayon::current_num_threads() * ITEMS_PER_BUFFER;
-        for count in [0, 1, ITEMS_PER_BUFFER - 1, ITEMS_PER_BUFFER, ITEMS_PER_BUFFER + 1, round + 100] {
+        let round = BUFFERS_PER_THREAD * rayon::current_num_threads() * FIRST_ITEMS;
+        for count in [0, 1, FIRST_ITEMS - 1, FIRST_ITEMS, FIRST_ITEMS + 1, round + 100, 100_000] {
             let mut text = Vec::new();
             write_items(&mut text, count, |i, b| {
                 push_integer(b, i as u64);

@@ -1,10 +1,12 @@
 use super::crease_normals;
-use super::{TessellateError, Tessellation};
+use super::places::Room;
+use super::shared_lattice::number_net;
+use super::{SharingError, TessellateError, Tessellation};
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchSurface, CreasedFace};
 use crate::bernstein::{index, triangle};
-use crate::geom::{Point3, Points, Vec3};
-use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh};
+use crate::geom::{Point3, Vec3};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::PatchId;
 use rayon::prelude::*;
 
@@ -44,9 +46,10 @@ pub fn tessellate_a_patches(
     }
     let numbering = Numbering::new(surface, n, m)?;
     let (mut positions, mut normals) = corners(surface);
-    let (points, directions) = samples(surface, &numbering);
-    positions.extend(points);
-    normals.extend(directions);
+    let corners = positions.len();
+    positions.resize(numbering.count(), Point3::zeros());
+    normals.resize(numbering.count(), Vec3::zeros());
+    sample(surface, &numbering, &mut positions[corners..], &mut normals[corners..]);
     if let Some(at) = positions.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(TessellateError::NoRoot { patch: numbering.patch_of(surface, at).0 });
     }
@@ -70,6 +73,7 @@ struct Numbering {
     edge_start: Vec<u32>,
     /// The patch over each edge.
     patch: Vec<Option<PatchId>>,
+    faces: usize,
     /// Interior points of a face.
     interior: usize,
 }
@@ -90,10 +94,15 @@ impl Numbering {
         let total = edge_start[mesh.edge_count()] + (mesh.face_count() * interior) as u64;
         if u32::try_from(total).is_err() {
             let points = u128::from(total);
-            return Err(TessellateError::Sharing(super::SharingError::TooManyPoints { points }));
+            return Err(TessellateError::Sharing(SharingError::TooManyPoints { points }));
         }
         let edge_start = edge_start.into_iter().map(|start| start as u32).collect();
-        Ok(Self { n, m, edge_start, patch, interior })
+        Ok(Self { n, m, edge_start, patch, faces: mesh.face_count(), interior })
+    }
+
+    /// Number of points.
+    fn count(&self) -> usize {
+        self.faces_start() as usize + self.faces * self.interior
     }
 
     fn faces_start(&self) -> u32 {
@@ -113,40 +122,56 @@ impl Numbering {
         self.edge_start[e.index()] + ((i - 1) * rows + j.min(rows - 1)) as u32
     }
 
-    /// Lattice point (i, j, k) of a face.
-    fn on_face(&self, mesh: &HalfEdgeMesh, f: FaceId, ijk: [usize; 3]) -> u32 {
-        let Some(third) = (0..3).find(|c| ijk[*c] == 0) else {
-            let [i, j, k] = ijk.map(|c| c - 1);
-            return self.faces_start() + (f.index() * self.interior + index::position([i, j, k])) as u32;
+    /// The lattice points of a face, in net order.
+    fn on_face(&self, mesh: &HalfEdgeMesh, f: FaceId, numbers: &mut [u32]) {
+        let sides = [0, 1, 2].map(|k| HalfEdgeId(3 * f.0 + k));
+        let on_edge = |side: usize, steps: usize| {
+            let e = mesh.edge(sides[side]);
+            if mesh.edge_half_edge(e) == sides[side] {
+                self.on_edge(mesh, e, steps, self.m)
+            } else {
+                self.on_edge(mesh, e, self.n - steps, 0)
+            }
         };
-        let corner = (third + 1) % 3;
-        let steps = ijk[(corner + 1) % 3];
-        let Some(h) = mesh.face_half_edges(f).nth(corner) else { return 0 };
-        let e = mesh.edge(h);
-        if mesh.edge_half_edge(e) == h {
-            self.on_edge(mesh, e, steps, self.m)
-        } else {
-            self.on_edge(mesh, e, self.n - steps, 0)
-        }
+        let inside = self.faces_start() + (f.index() * self.interior) as u32;
+        number_net(self.n, sides.map(|h| mesh.origin(h).0), on_edge, inside, numbers);
     }
 
     fn triangles(&self, surface: &APatchSurface) -> (Vec<[u32; 3]>, Vec<PatchId>) {
         let mesh = surface.function().hull().data().mesh();
-        let small = super::triangles::small_triangles(self.n);
-        let of_faces = mesh.faces().flat_map(|f| {
-            let small = &small;
-            small.iter().map(move |t| (t.map(|ijk| self.on_face(mesh, f, ijk)), PatchId(f.0)))
+        let small: Vec<[usize; 3]> =
+            super::small_triangles(self.n).iter().map(|t| t.map(index::position)).collect();
+        let over_edges: Vec<_> = surface.square_edges().iter().zip(mesh.face_count() as u32..).collect();
+        // Both ends of the patch over an edge are points, where half of the triangles have no area.
+        let of_edge = 2 * self.m * self.n - 2 * self.m;
+        let (in_faces, in_edges) = (self.faces * small.len(), over_edges.len() * of_edge);
+        let mut triangles = vec![[0; 3]; in_faces + in_edges];
+        let mut patches = vec![PatchId(0); triangles.len()];
+        let (over_face, over_edge) = triangles.split_at_mut(in_faces);
+        let room = || vec![0; index::count(self.n)];
+        over_face.par_chunks_mut(small.len()).enumerate().for_each_init(room, |numbers, (f, out)| {
+            self.on_face(mesh, f.into(), numbers);
+            out.iter_mut().zip(&small).for_each(|(t, local)| *t = local.map(|at| numbers[at]));
         });
-        let of_edges =
-            surface.square_edges().iter().zip(mesh.face_count() as u32..).flat_map(|(e, patch)| {
-                (0..self.n).flat_map(move |i| (0..self.m).map(move |j| (i, j))).flat_map(move |(i, j)| {
-                    let at = |i, j| self.on_edge(mesh, *e, i, j);
-                    let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    let halves = [[a, b, c], [a, c, d]].into_iter();
-                    halves.filter(|[a, b, c]| a != b && b != c && c != a).map(move |t| (t, PatchId(patch)))
-                })
+        over_edge.par_chunks_mut(of_edge.max(1)).zip(&over_edges).for_each(|(out, (e, _))| {
+            let at = |i, j| self.on_edge(mesh, **e, i, j);
+            let cells = (0..self.n).flat_map(|i| (0..self.m).map(move |j| (i, j)));
+            let halves = cells.flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                [[a, b, c], [a, c, d]]
             });
-        of_faces.chain(of_edges).unzip()
+            let with_area = halves.filter(|[a, b, c]| a != b && b != c && c != a);
+            out.iter_mut().zip(with_area).for_each(|(out, t)| *out = t);
+        });
+        patches[..in_faces]
+            .chunks_mut(small.len())
+            .zip(mesh.faces())
+            .for_each(|(of_face, f)| of_face.fill(PatchId(f.0)));
+        patches[in_faces..]
+            .chunks_mut(of_edge.max(1))
+            .zip(&over_edges)
+            .for_each(|(of_edge, (_, patch))| of_edge.fill(PatchId(*patch)));
+        (triangles, patches)
     }
 
     /// The patch that a point was evaluated with.
@@ -163,8 +188,8 @@ impl Numbering {
     }
 }
 
-/// Points and normals of the edges, then of the interiors of the faces.
-fn samples(surface: &APatchSurface, numbering: &Numbering) -> (Vec<Point3>, Vec<Vec3>) {
+/// Points and normals of the edges, then of the interiors of the faces; NaN where the function has no zero on a ray.
+fn sample(surface: &APatchSurface, numbering: &Numbering, points: &mut [Point3], normals: &mut [Vec3]) {
     let (n, m) = (numbering.n, numbering.m);
     let function = surface.function();
     let mesh = function.hull().data().mesh();
@@ -174,45 +199,60 @@ fn samples(surface: &APatchSurface, numbering: &Numbering) -> (Vec<Point3>, Vec<
         .flat_map(|i| (0..=m).map(move |j| (i, j)))
         .map(|(i, j)| [weights(i)[0], weights(i)[1], j as f64 / m as f64])
         .collect();
-    let (edge_table, face_table) =
-        (EdgeTable::new(&over_edge), FaceTable::new(&triangle::interior_lattice(n)));
-    let evaluated = |count: usize, evaluate: &dyn Fn(&mut GridOut<'_>)| {
-        let (mut points, mut normals) = (Points::zeros(count), Points::zeros(count));
-        evaluate(&mut GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) });
-        (0..count).map(|i| (points.get(i), normals.get(i))).collect::<Vec<_>>()
+    let interior = triangle::interior_lattice(n);
+    let (edge_table, face_table) = (EdgeTable::new(&over_edge), FaceTable::new(&interior));
+    let at = |f: FaceId, creased: Option<&CreasedFace<'_>>, x: [f64; 3]| {
+        let found = match creased {
+            Some(face) => face.sample(x).map(|sample| (sample.point, sample.normal)),
+            None => function.shoot_face(f, x).map(|shot| (shot.point, shot.gradient.normalize())),
+        };
+        found.unwrap_or_else(|| [Vec3::repeat(f64::NAN); 2].into())
     };
-    let of_creased = |face: &CreasedFace<'_>, x: &[f64; 3]| {
-        let nan = Vec3::repeat(f64::NAN);
-        face.sample(*x).map_or((nan, nan), |sample| (sample.point, sample.normal))
-    };
-    let straight = |e: EdgeId| -> Vec<(Point3, Vec3)> {
+    // Of an edge without a patch of its own.
+    let straight = |e: EdgeId, points: &mut [Point3], normals: &mut [Vec3]| {
         let h = mesh.edge_half_edge(e);
-        let k = mesh.side(h);
-        let x = |i: usize| {
+        let (f, k) = (mesh.face(h), mesh.side(h));
+        let creased = if function.hull().data().is_crease(e) { function.creased_face(f) } else { None };
+        for (i, (point, normal)) in (1..).zip(points.iter_mut().zip(normals)) {
             let mut x = [0.0; 3];
             [x[k], x[(k + 1) % 3]] = weights(i);
-            x
-        };
-        if function.hull().data().is_crease(e) {
-            let creased = function.creased_face(mesh.face(h));
-            return creased.map_or_else(Vec::new, |face| (1..n).map(|i| of_creased(&face, &x(i))).collect());
+            (*point, *normal) = at(f, creased.as_ref(), x);
         }
-        let at = |i: usize| function.shoot_face(mesh.face(h), x(i));
-        let nan = Vec3::repeat(f64::NAN);
-        (1..n).map(|i| at(i).map_or((nan, nan), |shot| (shot.point, shot.gradient.normalize()))).collect()
     };
-    let interior = triangle::interior_lattice(n);
-    let of_edges = (0..mesh.edge_count()).into_par_iter().flat_map_iter(|e| match numbering.patch[e] {
-        Some(_) => evaluated(edge_table.len(), &|out| edge_table.evaluate(function, e.into(), out)),
-        None => straight(e.into()),
+    let lengths = numbering.edge_start.windows(2).map(|w| (w[1] - w[0]) as usize);
+    let (of_edges, of_faces) = points.split_at_mut(lengths.clone().sum());
+    let (normals_of_edges, normals_of_faces) = normals.split_at_mut(of_edges.len());
+    let runs: Vec<_> = runs(of_edges, lengths.clone()).zip(runs(normals_of_edges, lengths)).collect();
+    runs.into_par_iter().enumerate().for_each_init(Room::default, |room, (e, (points, normals))| {
+        match numbering.patch[e] {
+            Some(_) => room.by_axis(points, normals, |points, normals| {
+                edge_table.evaluate(function, e.into(), &mut GridOut { points, normals: Some(normals) });
+            }),
+            None => straight(e.into(), points, normals),
+        }
     });
-    let of_faces = (0..mesh.face_count()).into_par_iter().flat_map_iter(|f| {
-        function.creased_face(f.into()).map_or_else(
-            || evaluated(face_table.len(), &|out| face_table.evaluate(function, f.into(), out)),
-            |face| interior.iter().map(|x| of_creased(&face, x)).collect(),
-        )
+    let length = interior.len().max(1);
+    let runs = of_faces.par_chunks_mut(length).zip(normals_of_faces.par_chunks_mut(length));
+    runs.enumerate().for_each_init(Room::default, |room, (f, (points, normals))| {
+        if let Some(face) = function.creased_face(f.into()) {
+            let out = points.iter_mut().zip(normals).zip(&interior);
+            out.for_each(|((point, normal), x)| (*point, *normal) = at(f.into(), Some(&face), *x));
+            return;
+        }
+        room.by_axis(points, normals, |points, normals| {
+            face_table.evaluate(function, f.into(), &mut GridOut { points, normals: Some(normals) });
+        });
     });
-    of_edges.chain(of_faces).unzip()
+}
+
+/// Parts of a slice, one after the other.
+fn runs<T>(all: &mut [T], lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = &mut [T]> {
+    let mut rest = all;
+    lengths.map(move |length| {
+        let (first, others) = std::mem::take(&mut rest).split_at_mut(length);
+        rest = others;
+        first
+    })
 }
 
 #[cfg(test)]

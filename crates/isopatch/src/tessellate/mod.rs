@@ -5,16 +5,15 @@
 
 mod a_patches;
 mod adaptive;
-mod basis_table;
 mod crease_normals;
 mod hybrid;
+mod places;
 mod shared_lattice;
 mod sharp_normals;
 mod triangles;
 
 pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};
 pub use adaptive::{AdaptedResolution, resolution_for};
-pub use basis_table::BasisTable;
 pub use hybrid::{HybridTessellation, tessellate_hybrid};
 pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
 pub(crate) use triangles::small_triangles;

@@ -87,6 +87,11 @@ impl SharedLattice {
         self.corner_owner.len()
     }
 
+    /// The patch and the edge from which each seam has its points; `reversed` if the edge runs against the seam.
+    pub(super) fn seam_owners(&self) -> &[(PatchId, EdgeUse, u8)] {
+        &self.seam_owner
+    }
+
     /// The patch, and its corner, from which each corner has its point.
     pub(super) fn corner_owners(&self) -> &[(PatchId, u8)] {
         &self.corner_owner
@@ -129,6 +134,26 @@ impl SharedLattice {
         }
     }
 
+    /// Numbers of all points of a patch, in net order, into `numbers`, which has room for them.
+    pub fn numbers(&self, patch: PatchId, numbers: &mut [u32]) {
+        let n = self.n;
+        let corners = self.corners[patch.index()];
+        let on_edge = |edge: usize, m: usize| {
+            let EdgeUse { seam, reversed } = self.edges[patch.index()][edge];
+            let m = if reversed { n - m } else { m };
+            (self.corner_count() + seam as usize * (n - 1) + m - 1) as u32
+        };
+        let inside = (self.interior_start() + patch.index() * self.interior_count()) as u32;
+        number_net(n, corners, on_edge, inside, numbers);
+    }
+
+    /// One entry for each point, in the order of the numbers: those of the corners, of the seams, and inside patches.
+    pub(super) fn parts<'a, T>(&self, all: &'a mut [T]) -> [&'a mut [T]; 3] {
+        let (borders, inside) = all.split_at_mut(self.interior_start());
+        let (corners, seams) = borders.split_at_mut(self.corner_count());
+        [corners, seams, inside]
+    }
+
     /// One value for each point in the order of the numbers, computed in parallel: `value(patch, position)` is
     /// asked once a point, with one patch that has it and the position in that patch's net order.
     pub fn gather<T: Send>(&self, value: impl Fn(PatchId, usize) -> T + Sync) -> Vec<T> {
@@ -151,12 +176,35 @@ impl SharedLattice {
         values
     }
 
-    fn interior_count(&self) -> usize {
+    /// Number of points inside each patch.
+    pub(super) fn interior_count(&self) -> usize {
         if self.n < 3 { 0 } else { index::count(self.n - 3) }
     }
 
     fn interior_start(&self) -> usize {
         self.corner_count() + self.seam_owner.len() * (self.n - 1)
+    }
+}
+
+/// Numbers the points of a triangular lattice with `n` intervals an edge, in net order: those of its corners, those `on_edge`
+/// (e, m), m steps from corner e on, 0 < m < n, and those inside, which follow each other from `inside` on.
+pub(super) fn number_net(
+    n: usize,
+    corners: [u32; 3],
+    on_edge: impl Fn(usize, usize) -> u32,
+    inside: u32,
+    numbers: &mut [u32],
+) {
+    for (edge, corner) in corners.into_iter().enumerate() {
+        numbers[index::row(n, edge, 0, 0)] = corner;
+        (1..n).for_each(|m| numbers[index::row(n, edge, 0, m)] = on_edge(edge, m));
+    }
+    let mut next = inside;
+    for row in 2..n {
+        for k in 1..row {
+            numbers[index::position([n - row, row - k, k])] = next;
+            next += 1;
+        }
     }
 }
 
@@ -263,7 +311,10 @@ mod tests {
         let lattice = SharedLattice::new(&turned, 7).unwrap();
         let points = lattice.gather(|patch, at| turned.spline.nets[patch.index()][at]);
         for patch in turned.patches() {
+            let mut numbers = [0; 36];
+            lattice.numbers(patch, &mut numbers);
             for ijk in index::indices(7) {
+                assert_eq!(numbers[index::position(ijk)], lattice.number(patch, ijk));
                 let own = turned.spline.nets[patch.index()][index::position(ijk)];
                 assert_eq!(points[lattice.number(patch, ijk) as usize], own);
             }

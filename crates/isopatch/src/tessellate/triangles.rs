@@ -1,5 +1,6 @@
-use super::{BasisTable, SharedLattice, SharingError, sharp_normals};
-use crate::bernstein::index;
+use super::places::{Places, Room};
+use super::{SharedLattice, SharingError, sharp_normals};
+use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Vec3};
 use crate::surface::{PatchForm, PatchId, Surface};
 use rayon::prelude::*;
@@ -39,7 +40,7 @@ pub enum TessellateError {
     },
 }
 
-/// Largest resolution: a table of 36 weights at more lattice points would need gigabytes.
+/// Largest resolution: a million triangles a patch.
 pub const MAX_RESOLUTION: usize = 1000;
 
 /// A triangle mesh on a surface, without cracks: triangles share the vertices on common corners and seams.
@@ -73,61 +74,76 @@ pub fn tessellate(
         return Err(TessellateError::Resolution { resolution: n });
     }
     let lattice = SharedLattice::new(surface, n)?;
-    let samples = Samples::new(surface, n);
-    let (positions, mut normals): (Vec<Point3>, Vec<Vec3>) =
-        lattice.gather(|patch, at| samples.at(patch, at)).into_iter().unzip();
+    let (positions, mut normals) = samples(surface, &lattice, n);
     let small = small_triangles(n);
-    let triangles = (0..surface.patch_count() as u32).into_par_iter().flat_map_iter(|p| {
-        let lattice = &lattice;
-        small.iter().map(move |t| t.map(|ijk| lattice.number(PatchId(p), ijk)))
-    });
-    let triangles = triangles.collect();
-    let normal = |patch: PatchId, at: usize| samples.at(patch, at).1;
+    let (triangles, patches) = joined(surface, &lattice, n, &small);
+    let places = triangle::lattice(n);
+    let normal = |patch: PatchId, at: usize| surface.sample(patch, [places[at][0], places[at][1]]).normal;
     let corner_normals = sharp_normals::number(surface, &lattice, n, &small, &normal, &mut normals);
-    let mut mesh = Tessellation {
-        positions,
-        normals,
-        triangles,
-        corner_normals,
-        patches: surface.patches().flat_map(|p| std::iter::repeat_n(p, n * n)).collect(),
-    };
+    let mut mesh = Tessellation { positions, normals, triangles, corner_normals, patches };
     fill_missing_normals(&mut mesh);
     Ok(mesh)
 }
 
-/// Points and normals at the lattice points of patches.
-struct Samples<'a> {
-    surface: &'a dyn Surface,
-    degree: usize,
-    table: BasisTable,
-    parameters: Vec<[f64; 3]>,
+/// Points and normals in the order of their numbers.
+fn samples(surface: &dyn Surface, lattice: &SharedLattice, n: usize) -> (Vec<Point3>, Vec<Vec3>) {
+    let degree = match (surface.patch_count() > 0).then(|| surface.form(PatchId(0))) {
+        Some(PatchForm::BezierTriangle { degree, .. }) => degree.clamp(1, triangle::MAX_DEGREE),
+        Some(PatchForm::RationalTriangle { .. } | PatchForm::APatch) | None => 1,
+    };
+    let all = triangle::lattice(n);
+    let corners = [0, 1, 2].map(|c| Places::new(degree, &[all[index::row(n, c, 0, 0)]]));
+    let along = |edge: usize, reversed: bool| {
+        let at = |m: usize| all[index::row(n, edge, 0, if reversed { n - m } else { m })];
+        Places::new(degree, &(1..n).map(at).collect::<Vec<_>>())
+    };
+    let edges = [0, 1, 2].map(|edge| [along(edge, false), along(edge, true)]);
+    let inside = Places::new(degree, &triangle::interior_lattice(n));
+
+    let count = lattice.point_count();
+    let (mut positions, mut normals) = (vec![Point3::zeros(); count], vec![Vec3::zeros(); count]);
+    let parts = lattice.parts(&mut positions).into_iter().zip(lattice.parts(&mut normals));
+    let lengths = [1, n - 1, lattice.interior_count()];
+    for (part, ((points, normals), length)) in parts.zip(lengths).enumerate() {
+        // Nothing has the length 0 but parts without any entry.
+        let runs = points.par_chunks_mut(length.max(1)).zip(normals.par_chunks_mut(length.max(1)));
+        runs.enumerate().for_each_init(Room::default, |room, (i, (points, normals))| {
+            let (patch, places) = match part {
+                0 => {
+                    let (patch, corner) = lattice.corner_owners()[i];
+                    (patch, &corners[usize::from(corner)])
+                }
+                1 => {
+                    let (patch, side, edge) = lattice.seam_owners()[i];
+                    (patch, &edges[usize::from(edge)][usize::from(side.reversed)])
+                }
+                _ => (PatchId(i as u32), &inside),
+            };
+            places.sample(surface, patch, room, points, normals);
+        });
+    }
+    (positions, normals)
 }
 
-impl<'a> Samples<'a> {
-    fn new(surface: &'a dyn Surface, n: usize) -> Self {
-        let first = (surface.patch_count() > 0).then(|| surface.form(PatchId(0)));
-        let degree = match first {
-            Some(PatchForm::BezierTriangle { degree, .. }) => degree,
-            Some(PatchForm::RationalTriangle { .. } | PatchForm::APatch) | None => 1,
-        };
-        let parameters = crate::bernstein::triangle::lattice(n);
-        Self { surface, degree, table: BasisTable::new(degree, n), parameters }
-    }
-
-    /// Point and normal of a patch at a lattice point, by its position in net order.
-    fn at(&self, patch: PatchId, at: usize) -> (Point3, Vec3) {
-        match self.surface.form(patch) {
-            PatchForm::BezierTriangle { degree, net } if degree == self.degree => {
-                let t = self.table.evaluate(net, at);
-                (t.point, t.du.cross(&t.dv).normalize())
-            }
-            PatchForm::BezierTriangle { .. } | PatchForm::RationalTriangle { .. } | PatchForm::APatch => {
-                let [u, v, _] = self.parameters[at];
-                let sample = self.surface.sample(patch, [u, v]);
-                (sample.point, sample.normal)
-            }
-        }
-    }
+/// The triangles of all patches, and the patch of each.
+fn joined(
+    surface: &dyn Surface,
+    lattice: &SharedLattice,
+    n: usize,
+    small: &[[[usize; 3]; 3]],
+) -> (Vec<[u32; 3]>, Vec<PatchId>) {
+    let small: Vec<[usize; 3]> = small.iter().map(|t| t.map(index::position)).collect();
+    let count = surface.patch_count() * small.len();
+    let (mut triangles, mut patches) = (vec![[0; 3]; count], vec![PatchId(0); count]);
+    let runs = triangles.par_chunks_mut(small.len()).zip(patches.par_chunks_mut(small.len()));
+    let room = || vec![0; index::count(n)];
+    runs.enumerate().for_each_init(room, |numbers, (p, (triangles, patches))| {
+        let patch = PatchId(p as u32);
+        lattice.numbers(patch, numbers);
+        triangles.iter_mut().zip(&small).for_each(|(t, local)| *t = local.map(|at| numbers[at]));
+        patches.fill(patch);
+    });
+    (triangles, patches)
 }
 
 /// The n² triangles of a lattice, counter-clockwise.

@@ -7,7 +7,7 @@ pub const MAGIC: [u8; 8] = *b"\x89ISP\r\n\x1a\n";
 /// Version whose change old readers cannot follow.
 pub const MAJOR: u16 = 1;
 /// Version whose change only adds: sections, which old readers skip or miss, and codes, which they refuse by name.
-pub const MINOR: u16 = 4;
+pub const MINOR: u16 = 5;
 /// Bytes before the section table: magic, versions, number of sections.
 pub const FIXED_HEADER: usize = 8 + 2 + 2 + 4;
 /// Bytes of an entry of the section table: tag, checksum, offset, length.
@@ -21,10 +21,16 @@ pub const DEGREE: usize = 7;
 pub const INTERIOR: usize = 15;
 /// Bytes of a point.
 pub const POINT: usize = 24;
-/// Bytes of a vertex: position, normal, curvature tensor.
-pub const VERTEX: usize = (3 + 3 + 9) * 8;
-/// Bytes of a quartic.
-pub const CURVE: usize = 5 * POINT;
+/// Numbers of a vertex: position, normal, curvature tensor with its upper triangle only.
+pub const VERTEX_NUMBERS: usize = 3 + 3 + 6;
+/// The same up to version 1.4, with the whole tensor.
+pub const OLD_VERTEX_NUMBERS: usize = 3 + 3 + 9;
+/// The entries of a tensor that are stored.
+pub const UPPER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+/// Inner control points of a quartic, whose ends are vertices.
+pub const CURVE_POINTS: usize = 3;
+/// The same up to version 1.4, with the ends.
+pub const OLD_CURVE_POINTS: usize = 5;
 /// Bytes of the interior of a patch.
 pub const PATCH: usize = INTERIOR * POINT;
 
@@ -37,10 +43,13 @@ pub struct Tag(pub [u8; 4]);
 
 pub const META: Tag = Tag(*b"META");
 pub const FACES: Tag = Tag(*b"FACE");
-pub const VERTICES: Tag = Tag(*b"VERT");
+pub const VERTICES: Tag = Tag(*b"NODE");
 pub const EDGES: Tag = Tag(*b"EDGE");
-pub const CURVES: Tag = Tag(*b"CURV");
+pub const CURVES: Tag = Tag(*b"QRTC");
 pub const INTERIORS: Tag = Tag(*b"INNR");
+// What versions up to 1.4 have in place of vertices and curves.
+pub const OLD_VERTICES: Tag = Tag(*b"VERT");
+pub const OLD_CURVES: Tag = Tag(*b"CURV");
 /// Only for a surface that a box cuts.
 pub const CLIP: Tag = Tag(*b"CLIP");
 
@@ -80,12 +89,14 @@ pub const NO_FACE: u32 = u32::MAX;
 pub const CORRECTION_NUMBERS: usize = 3 + 36 + 3;
 
 /// Every section that this version knows.
-pub const KNOWN: [Tag; 29] = [
+pub const KNOWN: [Tag; 31] = [
     META,
     FACES,
     VERTICES,
     EDGES,
     CURVES,
+    OLD_VERTICES,
+    OLD_CURVES,
     INTERIORS,
     CLIP,
     POSITIONS,

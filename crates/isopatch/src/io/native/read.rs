@@ -8,7 +8,7 @@ use crate::bernstein::{curve, index};
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::hull::HermiteError;
 use crate::io::UnknownUnit;
-use crate::mesh::{HalfEdgeMesh, MeshError};
+use crate::mesh::{EdgeId, HalfEdgeMesh, MeshError};
 use crate::rational::FrameError;
 use crate::spline::TriangularSpline;
 use std::io::Read;
@@ -124,28 +124,70 @@ pub fn read_native(input: &mut impl Read) -> Result<NativeModel, NativeError> {
         let surface = NativeSurface::APatches(Box::new(a_patches(&sections, mesh)?));
         return Ok(NativeModel { surface, provenance });
     }
-    let (vertices, edges, faces) = (mesh.vertex_count(), mesh.edge_count(), mesh.face_count());
-    let features = features(&mesh, sections.sized(EDGES, edges, 1)?)?;
-    let numbers = sections.numbers(VERTICES, vertices, VERTEX)?;
-    let curves: Vec<[Point3; 5]> =
-        sections.numbers(CURVES, edges, CURVE)?.chunks_exact(15).map(points).collect();
-    let interiors = sections.numbers(INTERIORS, faces, PATCH)?;
+    let features = features(&mesh, sections.sized(EDGES, mesh.edge_count(), 1)?)?;
+    let (positions, normals, curvatures) = vertices(&sections, mesh.vertex_count())?;
+    let curves = curves(&sections, &mesh, &positions)?;
+    let interiors = sections.numbers(INTERIORS, mesh.face_count(), PATCH)?;
     let nets = nets(&mesh, &curves, &interiors);
-    let vertex = |from: usize| {
-        numbers.chunks_exact(VERTEX / 8).map(move |n| Vec3::new(n[from], n[from + 1], n[from + 2]))
-    };
-    let positions: Vec<Point3> = vertex(0).collect();
     let base = BaseMesh {
         mesh,
         clip: sections.find(CLIP).map(|section| clip(section, &positions)).transpose()?,
         positions,
-        normals: vertex(3).collect(),
-        curvatures: numbers.chunks_exact(VERTEX / 8).map(|n| Mat3::from_row_slice(&n[6..])).collect(),
+        normals,
+        curvatures,
         features,
         frozen_diagonal: Some(provenance.diagonal).filter(|d| d.is_finite() && *d > 0.0),
     };
     let surface = NativeSurface::Spline(Box::new(TriangularSpline::new(base, curves, nets)));
     Ok(NativeModel { surface, provenance })
+}
+
+/// Positions, normals and curvature tensors.
+type Vertices = (Vec<Point3>, Vec<Vec3>, Vec<Mat3>);
+
+fn vertices(sections: &Sections<'_>, count: usize) -> Result<Vertices, NativeError> {
+    let (tag, length) = match sections.find(OLD_VERTICES) {
+        Some(_) => (OLD_VERTICES, OLD_VERTEX_NUMBERS),
+        None => (VERTICES, VERTEX_NUMBERS),
+    };
+    let numbers = sections.numbers(tag, count, 8 * length)?;
+    let vertex = |n: &[f64]| {
+        let [position, normal] = points(n);
+        let tensor = match tag {
+            OLD_VERTICES => Mat3::from_row_slice(&n[6..]),
+            _ => {
+                let mut tensor = Mat3::zeros();
+                for ((i, j), x) in UPPER.into_iter().zip(&n[6..]) {
+                    (tensor[(i, j)], tensor[(j, i)]) = (*x, *x);
+                }
+                tensor
+            }
+        };
+        (position, (normal, tensor))
+    };
+    let (positions, (normals, tensors)): (_, (Vec<_>, Vec<_>)) =
+        numbers.chunks_exact(length).map(vertex).unzip();
+    Ok((positions, normals, tensors))
+}
+
+/// The quartics over the edges.
+fn curves(
+    sections: &Sections<'_>,
+    mesh: &HalfEdgeMesh,
+    positions: &[Point3],
+) -> Result<Vec<[Point3; 5]>, NativeError> {
+    if sections.find(OLD_CURVES).is_some() {
+        let numbers = sections.numbers(OLD_CURVES, mesh.edge_count(), OLD_CURVE_POINTS * POINT)?;
+        return Ok(numbers.chunks_exact(3 * OLD_CURVE_POINTS).map(points).collect());
+    }
+    let numbers = sections.numbers(CURVES, mesh.edge_count(), CURVE_POINTS * POINT)?;
+    let curve = |(e, n): (EdgeId, &[f64])| {
+        let h = mesh.edge_half_edge(e);
+        let [q0, q4] = [mesh.origin(h), mesh.dest(h)].map(|v| positions[v.index()]);
+        let [q1, q2, q3] = points(n);
+        [q0, q1, q2, q3, q4]
+    };
+    Ok(mesh.edges().zip(numbers.chunks_exact(3 * CURVE_POINTS)).map(curve).collect())
 }
 
 /// The sections of a file whose header is sound.
@@ -292,7 +334,7 @@ fn mesh(section: &[u8]) -> Result<HalfEdgeMesh, NativeError> {
 }
 
 fn features(mesh: &HalfEdgeMesh, codes: &[u8]) -> Result<Vec<EdgeFeature>, NativeError> {
-    let feature = |e: crate::mesh::EdgeId| {
+    let feature = |e: EdgeId| {
         let code = codes[e.index()];
         match (code, mesh.twin(mesh.edge_half_edge(e))) {
             (0, Some(_)) => Ok(EdgeFeature::Smooth),

@@ -102,6 +102,47 @@ fn a_changed_border_is_refused() {
     assert!(matches!(error, WriteError::Border { patch: 3, .. }), "{error}");
 }
 
+/// The unit sphere of 20 patches as version 1.4 has written it.
+#[test]
+fn files_of_version_1_4_are_read() {
+    let old = include_bytes!("../../../tests/golden/native/sphere-1.4.isopatch");
+    let model = read(old).unwrap();
+    let spline = model.spline().unwrap();
+    assert_eq!((&old[10..12], spline.nets.len()), (&[4, 0][..], 20));
+    assert!(spline.nets.iter().flatten().all(|p| (p.norm() - 1.0).abs() < 0.1));
+    let mut new = Vec::new();
+    write_native(spline, &model.provenance, &mut new).unwrap();
+    assert!(new.len() < old.len());
+    let again = read(&new).unwrap();
+    assert_eq!(again.spline().unwrap().base.curvatures, spline.base.curvatures);
+    assert_eq!(again.spline().unwrap().nets, spline.nets);
+    assert_eq!(again.spline().unwrap().curves, spline.curves);
+}
+
+#[test]
+fn a_tensor_that_is_not_symmetric_is_refused() {
+    let mut spline = sphere();
+    spline.base.curvatures[5][(0, 2)] += 1e-3;
+    let error = write_native(&spline, &provenance(), &mut Vec::new()).unwrap_err();
+    assert!(matches!(error, WriteError::Tensor { vertex: 5 }), "{error}");
+}
+
+/// Control points stored once and corners, with a tenth for everything else: normals, tensors, features and the frame.
+#[test]
+fn little_is_stored_besides_control_points() {
+    let spline = sphere();
+    let mesh = &spline.base.mesh;
+    let points = mesh.vertex_count() + 3 * mesh.edge_count() + 15 * mesh.face_count();
+    let frame = FIXED_HEADER + 6 * ENTRY + 4 + meta_length(&provenance());
+    let least = 24 * points + 12 * mesh.face_count();
+    let length = written(&spline).len() - frame;
+    assert!(10 * length <= 11 * least, "{length} {least}");
+}
+
+fn meta_length(provenance: &Provenance) -> usize {
+    super::write::meta(provenance).unwrap().len()
+}
+
 #[test]
 fn unknown_sections_are_skipped() {
     let mut bytes = written(&sphere());
@@ -154,7 +195,7 @@ fn faults_behind_right_checksums_are_named() {
     assert!(matches!(change(b"META", 0, &huge), NativeError::Truncated("name of the generator")));
     assert!(matches!(change(b"META", 4, &[0xff]), NativeError::Text("name of the generator")));
     let nan = f64::NAN.to_le_bytes();
-    assert!(matches!(change(b"CURV", 16, &nan), NativeError::NotFinite { index: 2, .. }));
+    assert!(matches!(change(b"QRTC", 16, &nan), NativeError::NotFinite { index: 2, .. }));
     let mut newer = written(&sphere());
     newer[8] = 2;
     assert!(matches!(read(&resealed(newer)), Err(NativeError::Version { major: 2, minor: MINOR })));

@@ -11,8 +11,8 @@ use std::io::Write;
 /// Writes a spline so that [`super::read_native`] gives it back bit for bit.
 ///
 /// # Errors
-/// [`WriteError::Border`] if the border of a patch is not, bit for bit, the elevated quartic of its edge, and
-/// [`WriteError::NotFinite`].
+/// [`WriteError::Border`] if the border of a patch is not, bit for bit, the elevated quartic of its edge from vertex to vertex,
+/// [`WriteError::Tensor`] and [`WriteError::NotFinite`].
 pub fn write_native(
     spline: &TriangularSpline,
     provenance: &Provenance,
@@ -24,7 +24,7 @@ pub fn write_native(
         Section::new(FACES, || Ok(faces(&spline.base.mesh))),
         Section::new(VERTICES, || Ok(vertices(spline))),
         Section::new(EDGES, || Ok(spline.base.features.iter().map(|f| feature_code(*f)).collect())),
-        Section::new(CURVES, || Ok(points(spline.curves.iter().flatten()))),
+        Section::new(CURVES, || Ok(points(spline.curves.iter().flat_map(|curve| &curve[1..4])))),
         Section::new(INTERIORS, || Ok(interiors(spline))),
     ];
     sections.extend(spline.base.clip.as_ref().map(|clip| Section::new(CLIP, || Ok(clip_bytes(clip)))));
@@ -97,12 +97,10 @@ pub(super) fn faces(mesh: &HalfEdgeMesh) -> Vec<u8> {
 
 fn vertices(spline: &TriangularSpline) -> Vec<u8> {
     let base = &spline.base;
-    let mut bytes = Vec::with_capacity(base.positions.len() * VERTEX);
+    let mut bytes = Vec::with_capacity(base.positions.len() * VERTEX_NUMBERS * 8);
     for ((p, n), m) in base.positions.iter().zip(&base.normals).zip(&base.curvatures) {
-        // Row after row; the transpose's columns are the rows.
-        let numbers =
-            p.iter().chain(n.iter()).copied().chain(m.transpose().iter().copied().collect::<Vec<_>>());
-        bytes.extend(numbers.flat_map(f64::to_le_bytes));
+        let tensor = UPPER.map(|(i, j)| m[(i, j)]);
+        bytes.extend(p.iter().chain(n.iter()).chain(&tensor).flat_map(|x| x.to_le_bytes()));
     }
     bytes
 }
@@ -131,6 +129,10 @@ fn check(spline: &TriangularSpline) -> Result<(), WriteError> {
         if !finite(&base.positions[v]) || !finite(&base.normals[v]) || !curved {
             return Err(WriteError::NotFinite { what: "vertex", index: v });
         }
+        let m = &base.curvatures[v];
+        if !UPPER.iter().all(|(i, j)| m[(*i, *j)].to_bits() == m[(*j, *i)].to_bits()) {
+            return Err(WriteError::Tensor { vertex: v });
+        }
     }
     if let Some(index) = spline.nets.iter().position(|net| !net.iter().all(finite)) {
         return Err(WriteError::NotFinite { what: "patch", index });
@@ -147,7 +149,11 @@ fn check_border(spline: &TriangularSpline, e: EdgeId) -> Result<(), WriteError> 
         (0..3).all(|c| found[c].to_bits() == expected[c].to_bits())
     };
     let h = mesh.edge_half_edge(e);
+    let ends = [mesh.origin(h), mesh.dest(h)].map(|v| &spline.base.positions[v.index()]);
     let fault = |h: HalfEdgeId| Err(WriteError::Border { patch: mesh.face(h).0, edge: e.0 });
+    if !same(h, 0, ends[0]) || !same(h, DEGREE, ends[1]) {
+        return fault(h);
+    }
     for (m, expected) in border.iter().enumerate() {
         if !same(h, m, expected) {
             return fault(h);
