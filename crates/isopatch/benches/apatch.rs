@@ -1,9 +1,10 @@
 //! Surface points a second of A-patches, and the seconds of what comes before, on one thread.
 //!
 //! `cargo bench -p isopatch --bench apatch` uses a torus of 98,304 faces; its faces are of all classes. For a mesh file, name a
-//! triangle mesh as OFF: `-- bunny.off`. Beside the points stands how fast memory can be filled with as many bytes.
+//! triangle mesh as OFF: `-- bunny.off`. Points are computed in the widest vectors of the machine, and then in those that a machine
+//! without AVX2 would get. Beside them stands how fast memory can be filled with as many bytes.
 
-use isopatch::apatch::grid::{EdgeTable, FaceTable, GridOut};
+use isopatch::apatch::grid::{EdgeTable, FaceTable, GridOut, Vectors};
 use isopatch::apatch::{self, APatchFunction, APatchOptions, APatchSurface};
 use isopatch::bernstein::triangle;
 use isopatch::geom::Points;
@@ -22,14 +23,14 @@ use clock::{rate, seconds};
 const ALONG: usize = 10;
 const ACROSS: usize = 4;
 
-fn points(function: &APatchFunction) {
+fn points(function: &APatchFunction, vectors: Vectors) {
     let mesh = function.hull().data().mesh();
-    let faces = FaceTable::new(&triangle::lattice(ALONG));
+    let faces = FaceTable::new(&triangle::lattice(ALONG)).with_vectors(vectors);
     let over_edge: Vec<[f64; 3]> = (0..=ALONG)
         .flat_map(|i| (0..=ACROSS).map(move |j| (i as f64 / ALONG as f64, j as f64 / ACROSS as f64)))
         .map(|(x, y)| [x, 1.0 - x, y])
         .collect();
-    let edges = EdgeTable::new(&over_edge);
+    let edges = EdgeTable::new(&over_edge).with_vectors(vectors);
     let curved: Vec<_> =
         mesh.edges().filter(|e| function.edges()[e.index()].iter().any(Option::is_some)).collect();
     for with_normals in [false, true] {
@@ -43,7 +44,9 @@ fn points(function: &APatchFunction) {
         let time = seconds(|| curved.iter().for_each(|e| edges.evaluate(function, *e, &mut out)));
         rate(&format!("edges, {what}"), curved.len() * edges.len(), time, bytes);
     }
-    let count = mesh.face_count() * faces.len();
+}
+
+fn memory(count: usize) {
     let mut memory = vec![0.0f64; 3 * count];
     let mut value = 0.0;
     let time = seconds(|| {
@@ -70,5 +73,9 @@ fn main() {
     let surface = APatchSurface::new(function.clone());
     let time = seconds(|| tessellate_a_patches(&surface, APatchResolution::default()));
     println!("{:>30} {time:8.4} s", "tessellation at 8 × 2");
-    points(&function);
+    for (vectors, what) in [(Vectors::Widest, "widest vectors"), (Vectors::Baseline, "baseline")] {
+        println!("{what:>30}");
+        points(&function, vectors);
+    }
+    memory(function.hull().data().mesh().face_count() * triangle::lattice(ALONG).len());
 }

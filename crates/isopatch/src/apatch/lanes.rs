@@ -11,6 +11,10 @@ use pulp::{Arch, NullaryFnOnce};
 /// Rays that are computed together: a vector of the widest machines.
 pub const LANES: usize = 8;
 
+/// Chunks of rays that go through each stage together. A root is a long chain of operations each of which waits for the one
+/// before: the processor is busy only with roots of several vectors at once, and narrow vectors gain most.
+const TOGETHER: usize = 4;
+
 /// One number for each of [`LANES`] rays.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -22,8 +26,8 @@ const SETTLED: f64 = 1e-4;
 
 impl Lane {
     /// The numbers of a run of points, the last one repeated to fill the lane.
-    pub fn new(points: &[[f64; 3]], f: impl Fn([f64; 3]) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(points[i.min(points.len() - 1)])))
+    pub fn new<T>(points: &[T], f: impl Fn(&T) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(&points[i.min(points.len() - 1)])))
     }
 }
 
@@ -111,14 +115,6 @@ pub fn to_gradient(side: Side, corners: &[Point3; 4]) -> [f64; 9] {
     std::array::from_fn(|n| side.sign() * inverse[(n / 3, n % 3)])
 }
 
-/// What a ray gives: a point with its parameter, or NaN.
-pub struct Hit {
-    /// The point.
-    pub point: [f64; 3],
-    /// Parameter of the ray.
-    pub t: f64,
-}
-
 /// A patch with all that its rays need.
 ///
 /// Everything is inlined into loops over a lane: a call in them would keep the compiler from making vectors, and so would a
@@ -141,31 +137,45 @@ pub trait Rays {
     /// Layer 0 of ray i, in the sign of the function.
     fn base(&self, chunk: &Self::Chunk, i: usize) -> f64;
 
-    /// Ray i with the given layer 0 on a side.
-    fn shoot(&self, side: &Self::Side, chunk: &Self::Chunk, base: f64, i: usize) -> Hit;
+    /// The layers of ray i with the given layer 0, in the sign of a side.
+    fn layers(&self, side: &Self::Side, chunk: &Self::Chunk, base: f64, i: usize) -> [f64; 4];
+
+    /// The root t for given layers.
+    #[inline(always)]
+    fn root(layers: [f64; 4]) -> f64 {
+        root(layers)
+    }
+
+    /// The point at the parameter t of ray i.
+    fn point(&self, side: &Self::Side, chunk: &Self::Chunk, t: f64, i: usize) -> [f64; 3];
 
     /// Gradient of the function, of any length, at the parameter t of ray i.
     fn gradient(&self, side: &Self::Side, chunk: &Self::Chunk, t: f64, i: usize) -> [f64; 3];
 }
 
-/// Points and normals of a lane of rays, and whether all rays have a root.
-struct Found {
-    points: [Lane; 3],
-    normals: [Lane; 3],
-    complete: bool,
+/// One number for each ray of a chunk.
+type Row = [f64; LANES];
+
+/// Where the rays of a chunk have the surface.
+enum Place<'a, S> {
+    /// All on one side.
+    On(&'a S),
+    /// Each on the first side if its layer 0 is not above zero, else on the second one.
+    Either(&'a S, &'a S),
+    /// There is no such side.
+    Nowhere,
 }
 
-/// Shoots a lane of rays to the first side, or if `MIXED` each to the side where it has its surface.
+/// The layers of a chunk on the first side, or if `MIXED` of each ray on the side where it has the surface.
 #[inline(always)]
-fn on<R: Rays, const NORMALS: bool, const MIXED: bool>(
+fn layers<R: Rays, const MIXED: bool>(
     rays: &R,
     sides: [&R::Side; 2],
     chunk: &R::Chunk,
-    base: &[f64; LANES],
-) -> Found {
+    base: &Row,
+) -> [Row; 4] {
     // Local arrays: the compiler knows that nothing else points to them.
-    let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-    let mut missing = 0u64;
+    let mut layers = [[0.0; LANES]; 4];
     for i in 0..LANES {
         let picked;
         let side = if MIXED {
@@ -174,51 +184,106 @@ fn on<R: Rays, const NORMALS: bool, const MIXED: bool>(
         } else {
             sides[0]
         };
-        let hit = rays.shoot(side, chunk, base[i], i);
-        missing |= u64::from(hit.t.is_nan());
-        points[0][i] = hit.point[0];
-        points[1][i] = hit.point[1];
-        points[2][i] = hit.point[2];
+        let b = rays.layers(side, chunk, base[i], i);
+        layers[0][i] = b[0];
+        layers[1][i] = b[1];
+        layers[2][i] = b[2];
+        layers[3][i] = b[3];
+    }
+    layers
+}
+
+/// Points of a chunk, at the parameters t on a side, and normals.
+#[inline(always)]
+fn points<R: Rays, const NORMALS: bool>(
+    rays: &R,
+    side: &R::Side,
+    chunk: &R::Chunk,
+    t: &Row,
+) -> [[Row; 3]; 2] {
+    let (mut points, mut normals) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    for i in 0..LANES {
+        let point = rays.point(side, chunk, t[i], i);
+        points[0][i] = point[0];
+        points[1][i] = point[1];
+        points[2][i] = point[2];
         if NORMALS {
-            let [x, y, z] = rays.gradient(side, chunk, hit.t, i);
+            let [x, y, z] = rays.gradient(side, chunk, t[i], i);
             let shrink = 1.0 / (x * x + y * y + z * z).sqrt();
             normals[0][i] = shrink * x;
             normals[1][i] = shrink * y;
             normals[2][i] = shrink * z;
         }
     }
-    Found { points: points.map(Lane), normals: normals.map(Lane), complete: missing == 0 }
+    [points, normals]
 }
 
-impl Found {
-    /// Shoots a lane of rays to where each has its surface.
-    #[inline(always)]
-    fn shoot<R: Rays, const NORMALS: bool>(rays: &R, chunk: &R::Chunk) -> Self {
-        let mut base = [0.0; LANES];
-        let (mut above, mut below) = (0u64, 0u64);
+/// Of each ray the numbers of the side where it has its surface.
+#[inline(always)]
+fn blend<const N: usize>(base: &Row, first: &[Row; N], second: &[Row; N]) -> [Row; N] {
+    let mut blended = [[0.0; LANES]; N];
+    for n in 0..N {
         for i in 0..LANES {
-            base[i] = rays.base(chunk, i);
-            above |= u64::from(base[i] > 0.0);
-            below |= u64::from(base[i] < 0.0);
-        }
-        let [outer, inner] = rays.sides();
-        match (rays.class(), above > 0, below > 0, outer, inner) {
-            (Class::Positive, _, _, Some(side), _)
-            | (Class::Nonconvex, false, _, Some(side), _)
-            | (Class::Negative, _, _, _, Some(side))
-            | (Class::Nonconvex, true, false, _, Some(side)) => {
-                on::<R, NORMALS, false>(rays, [side, side], chunk, &base)
-            }
-            // The surface goes through the base here.
-            (Class::Nonconvex, true, true, Some(outer), Some(inner)) => {
-                on::<R, NORMALS, true>(rays, [outer, inner], chunk, &base)
-            }
-            _ => {
-                let nothing = [Lane([f64::NAN; LANES]); 3];
-                Self { points: nothing, normals: nothing, complete: false }
-            }
+            blended[n][i] = if base[i] <= 0.0 { first[n][i] } else { second[n][i] };
         }
     }
+    blended
+}
+
+// Functions and no closures: these are not always inlined.
+impl<S> Place<'_, S> {
+    /// The layers of a chunk.
+    #[inline(always)]
+    fn layers<R: Rays<Side = S>>(&self, rays: &R, chunk: &R::Chunk, base: &Row) -> [Row; 4] {
+        match self {
+            Place::On(side) => layers::<R, false>(rays, [side, side], chunk, base),
+            Place::Either(first, second) => layers::<R, true>(rays, [first, second], chunk, base),
+            Place::Nowhere => [[f64::NAN; LANES]; 4],
+        }
+    }
+
+    /// Points of a chunk at the parameters t, and normals.
+    #[inline(always)]
+    fn points<R: Rays<Side = S>, const NORMALS: bool>(
+        &self,
+        rays: &R,
+        chunk: &R::Chunk,
+        base: &Row,
+        t: &Row,
+    ) -> [[Row; 3]; 2] {
+        match self {
+            Place::On(side) => points::<R, NORMALS>(rays, side, chunk, t),
+            Place::Either(first, second) => {
+                let [points, normals] = points::<R, NORMALS>(rays, first, chunk, t);
+                let [others, other_normals] = self::points::<R, NORMALS>(rays, second, chunk, t);
+                [blend(base, &points, &others), blend(base, &normals, &other_normals)]
+            }
+            Place::Nowhere => [[[f64::NAN; LANES]; 3]; 2],
+        }
+    }
+}
+
+/// Layer 0 of a chunk, and where its rays have the surface.
+#[inline(always)]
+fn start<'a, R: Rays>(rays: &'a R, chunk: &R::Chunk) -> (Row, Place<'a, R::Side>) {
+    let mut base = [0.0; LANES];
+    let (mut above, mut below) = (0u64, 0u64);
+    for i in 0..LANES {
+        base[i] = rays.base(chunk, i);
+        above |= u64::from(base[i] > 0.0);
+        below |= u64::from(base[i] < 0.0);
+    }
+    let [outer, inner] = rays.sides();
+    let place = match (rays.class(), above > 0, below > 0, outer, inner) {
+        (Class::Positive, _, _, Some(side), _)
+        | (Class::Nonconvex, false, _, Some(side), _)
+        | (Class::Negative, _, _, _, Some(side))
+        | (Class::Nonconvex, true, false, _, Some(side)) => Place::On(side),
+        // The surface goes through the base here.
+        (Class::Nonconvex, true, true, Some(outer), Some(inner)) => Place::Either(outer, inner),
+        _ => Place::Nowhere,
+    };
+    (base, place)
 }
 
 struct Run<'a, 'b, R: Rays> {
@@ -231,15 +296,33 @@ struct Run<'a, 'b, R: Rays> {
 impl<R: Rays> Run<'_, '_, R> {
     #[inline(always)]
     fn all<const NORMALS: bool>(self) -> bool {
-        let mut complete = true;
-        for (n, chunk) in self.chunks.iter().enumerate() {
-            let found = Found::shoot::<R, NORMALS>(self.rays, chunk);
-            complete &= found.complete;
-            let start = n * LANES;
-            let used = LANES.min(self.count - start);
-            self.out.put::<NORMALS>(start, used, &found.points, &found.normals);
+        let (rays, mut missing) = (self.rays, 0u64);
+        for (n, chunks) in self.chunks.chunks(TOGETHER).enumerate() {
+            let mut places = [const { Place::Nowhere }; TOGETHER];
+            let mut bases = [[0.0; LANES]; TOGETHER];
+            let mut layers = [[[0.0; LANES]; 4]; TOGETHER];
+            let mut roots = [[0.0; LANES]; TOGETHER];
+            for (c, chunk) in chunks.iter().enumerate() {
+                let (base, place) = start(rays, chunk);
+                layers[c] = place.layers(rays, chunk, &base);
+                (bases[c], places[c]) = (base, place);
+            }
+            for (root, [b0, b1, b2, b3]) in roots.iter_mut().zip(&layers).take(chunks.len()) {
+                let mut t = [0.0; LANES];
+                for i in 0..LANES {
+                    t[i] = R::root([b0[i], b1[i], b2[i], b3[i]]);
+                    missing |= u64::from(t[i].is_nan());
+                }
+                *root = t;
+            }
+            for (c, chunk) in chunks.iter().enumerate() {
+                let (base, t) = (bases[c], roots[c]);
+                let [points, normals] = places[c].points::<R, NORMALS>(rays, chunk, &base, &t);
+                let at = (n * TOGETHER + c) * LANES;
+                self.out.put::<NORMALS>(at, LANES.min(self.count - at), &points, &normals);
+            }
         }
-        complete
+        missing == 0
     }
 }
 
@@ -252,21 +335,30 @@ impl<R: Rays> NullaryFnOnce for Run<'_, '_, R> {
     }
 }
 
-/// Shoots `count` rays in lanes with the widest vectors of the machine. Points that were not found are NaN; says whether there
-/// are none.
-pub fn shoot<R: Rays>(rays: &R, chunks: &[R::Chunk], count: usize, out: &mut GridOut<'_>) -> bool {
-    shoot_with(Arch::new(), rays, chunks, count, out)
+/// Which vectors rays are computed in. The results are the same, bit by bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Vectors {
+    /// The widest that the machine has.
+    #[default]
+    Widest,
+    /// Those that every machine of the architecture has, as the library takes them where there are no wider ones it knows: two
+    /// numbers (SSE2) on x86-64.
+    Baseline,
 }
 
-/// The same with given vectors.
-pub(super) fn shoot_with<R: Rays>(
-    vectors: Arch,
+/// Shoots `count` rays in lanes. Points that were not found are NaN; says whether there are none.
+pub fn shoot<R: Rays>(
+    vectors: Vectors,
     rays: &R,
     chunks: &[R::Chunk],
     count: usize,
     out: &mut GridOut<'_>,
 ) -> bool {
-    vectors.dispatch(Run { rays, chunks, count, out })
+    let arch = match vectors {
+        Vectors::Widest => Arch::new(),
+        Vectors::Baseline => Arch::Scalar,
+    };
+    arch.dispatch(Run { rays, chunks, count, out })
 }
 
 #[cfg(test)]

@@ -295,9 +295,8 @@ impl Connectivity {
     /// Would merging the ends keep the surface a manifold of the same topology (the link condition)?
     pub fn can_collapse(&self, h: u32) -> bool {
         let (a, b, c) = (self.origin(h), self.dest(h), self.apex(h));
-        let common = self.neighbours(a).filter(|v| self.are_neighbours(*v, b)).count();
         let Some(g) = self.twin(h) else {
-            return common == 1 && self.can_lose_face(c);
+            return self.can_lose_face(c) && self.common_neighbours(a, b) == 1;
         };
         let on_boundary = [a, b].map(|v| self.is_boundary_vertex(v));
         let d = self.apex(g);
@@ -307,7 +306,13 @@ impl Connectivity {
             [false, false] => self.valence(a) + self.valence(b) >= 7,
             _ => true,
         };
-        common == 2 && c != d && self.can_lose_face(c) && self.can_lose_face(d) && keeps_ends
+        let keeps_faces = c != d && self.can_lose_face(c) && self.can_lose_face(d);
+        keeps_ends && keeps_faces && self.common_neighbours(a, b) == 2
+    }
+
+    fn common_neighbours(&self, a: u32, b: u32) -> usize {
+        let of_b: Vec<u32> = self.neighbours(b).collect();
+        self.neighbours(a).filter(|v| of_b.contains(v)).count()
     }
 
     /// Merges b into a along the half edge a → b. Two faces less, one on the boundary. [`Connectivity::can_collapse`]

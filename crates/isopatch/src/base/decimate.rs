@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use rayon::prelude::*;
+
 use super::border::{Merge, collapse_bridges, larger};
 use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
@@ -76,6 +78,9 @@ const SHORT: f64 = 0.6;
 /// Sweeps over all edges that do so.
 const SWEEPS: usize = 4;
 
+/// Edges, or faces, that one task looks at.
+const TASK: usize = 256;
+
 /// A possible collapse; costs are compared as bits, which orders nonnegative numbers.
 type Candidate = Reverse<(u64, u32, u32, u32)>;
 
@@ -130,14 +135,17 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
 }
 
 fn quadrics(positions: &[Point3], faces: &[[u32; 3]]) -> Vec<Quadric> {
-    let mut quadrics = vec![Quadric::zero(); positions.len()];
-    for face in faces {
+    let of_face = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|v| positions[v as usize]);
         let n = (b - a).cross(&(c - a));
         let area = n.norm();
-        if area > 0.0 {
-            let q = Quadric::plane(&((a + b + c) / 3.0), &(n / area), area, PULL);
-            face.iter().for_each(|v| quadrics[*v as usize].add(&q));
+        (area > 0.0).then(|| Quadric::plane(&((a + b + c) / 3.0), &(n / area), area, PULL))
+    };
+    let of_faces: Vec<Option<Quadric>> = faces.par_iter().with_min_len(TASK).map(of_face).collect();
+    let mut quadrics = vec![Quadric::zero(); positions.len()];
+    for (face, q) in faces.iter().zip(&of_faces) {
+        if let Some(q) = q {
+            face.iter().for_each(|v| quadrics[*v as usize].add(q));
         }
     }
     quadrics
@@ -145,9 +153,10 @@ fn quadrics(positions: &[Point3], faces: &[[u32; 3]]) -> Vec<Quadric> {
 
 impl Decimation {
     fn run(&mut self, faces: usize, turn_limit: f64) {
-        self.heap.clear();
         let edges: Vec<u32> = self.mesh.edges().collect();
-        edges.into_iter().for_each(|h| self.push(h));
+        let candidates: Vec<Option<Candidate>> =
+            edges.par_iter().with_min_len(TASK).map(|h| self.candidate(*h)).collect();
+        self.heap = candidates.into_iter().flatten().collect();
         while self.mesh.face_count() > faces {
             let Some(Reverse((_, a, b, version))) = self.heap.pop() else { break };
             if self.is_current(a, b, version) {
@@ -205,12 +214,12 @@ impl Decimation {
         Some((q, x))
     }
 
-    fn push(&mut self, h: u32) {
+    fn candidate(&self, h: u32) -> Option<Candidate> {
         let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
         let (a, b) = (a.min(b), a.max(b));
-        let Some((q, x)) = self.joint(a, b, self.mesh.is_boundary(h)) else { return };
+        let (q, x) = self.joint(a, b, self.mesh.is_boundary(h))?;
         let cost = q.at(&x).max(0.0).to_bits();
-        self.heap.push(Reverse((cost, a, b, self.version[a as usize] + self.version[b as usize])));
+        Some(Reverse((cost, a, b, self.version[a as usize] + self.version[b as usize])))
     }
 
     fn try_collapse(&mut self, a: u32, b: u32, turn_limit: f64) {
@@ -218,8 +227,8 @@ impl Decimation {
         let Some(h) = between(a, b).or_else(|| between(b, a)) else { return };
         let merged = self.mesh.origin(h);
         if self.collapse(h, turn_limit) {
-            let ring: Vec<u32> = self.mesh.ring(merged).collect();
-            ring.into_iter().for_each(|h| self.push(h));
+            let candidates = self.mesh.ring(merged).filter_map(|h| self.candidate(h));
+            self.heap.extend(candidates.collect::<Vec<_>>());
         }
     }
 

@@ -35,7 +35,7 @@ pub struct Projection {
 }
 
 /// Points that one task works on; the result does not depend on it, only the speed (batches that fit the cache).
-const CHUNK: usize = 1024;
+const CHUNK: usize = 256;
 
 /// Moves every point onto the surface f = 0 along the gradient: p ← p − f ∇f / |∇f|², Tong & Kim 2009, eq. (4).
 ///

@@ -15,7 +15,7 @@ const CROSSINGS: f64 = 1.5;
 /// integer, so that grid vertices do not fall on symmetry planes.
 const MARGIN: f64 = 1.618;
 /// Queries that one task answers.
-const CHUNK: usize = 256;
+const CHUNK: usize = 64;
 
 /// Distance from the zero set of a field to the surface, measured at points that were found without the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

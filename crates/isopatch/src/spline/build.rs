@@ -352,7 +352,7 @@ pub(super) fn solve_vertices(
     let wanted = &*nets;
     let solutions: Result<Vec<_>, SplineError> = vertices
         .par_iter()
-        .with_min_len(64)
+        .with_min_len(16)
         .map(|v| {
             let ring = Ring::of(mesh, *v);
             let o = base.positions[v.index()];
@@ -425,7 +425,7 @@ pub(super) fn solve_edges(
     let wanted = &*nets;
     let solutions: Result<Vec<_>, SplineError> = inner
         .par_iter()
-        .with_min_len(256)
+        .with_min_len(64)
         .map(|&(e, h, g)| {
             if let Some(rows) = rows_of(kept, e) {
                 return Ok(rows);

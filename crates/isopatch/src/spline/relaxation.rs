@@ -39,7 +39,9 @@ const INNER: usize = 3 * FREE;
 const LATTICE: usize = 10;
 const SAMPLES: usize = 36;
 /// Patches whose samples are evaluated in one batch.
-const BATCH: usize = 32;
+const BATCH: usize = 8;
+/// Patches, or edges, with small systems that one task solves or multiplies.
+const SYSTEMS: usize = 32;
 /// Patches whose products are there at one time.
 const BLOCK: usize = 4096;
 /// Conjugate gradients of a step. More change the result less than a further step does.
@@ -310,7 +312,7 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
             let one = |(i, local): (usize, &Option<Local>)| {
                 local.as_ref().map_or_else(SVector::zeros, |local| f(start + i, local))
             };
-            let parts: Vec<_> = block.par_iter().enumerate().with_min_len(BATCH).map(one).collect();
+            let parts: Vec<_> = block.par_iter().enumerate().with_min_len(SYSTEMS).map(one).collect();
             for (i, part) in parts.iter().enumerate() {
                 for (k, e) in sides.edges(start + i).into_iter().enumerate().filter(|(_, e)| !stays[*e]) {
                     sum[e] += part.fixed_rows::<EDGE>(EDGE * k);
@@ -326,7 +328,7 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
                 .cholesky()
                 .map_or_else(Step::zeros, |block| block.solve(r))
         };
-        r.par_iter().enumerate().with_min_len(BATCH).map(solve).collect()
+        r.par_iter().enumerate().with_min_len(SYSTEMS).map(solve).collect()
     };
     let product = |a: &[Step], b: &[Step]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
 

@@ -1,7 +1,7 @@
 use super::GridOut;
 use crate::apatch::build::APatchFunction;
 use crate::apatch::edge::{EdgeFunction, Rim};
-use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, pick, product, quadratic, root, to_gradient};
+use crate::apatch::lanes::{self, LANES, Lane, Rays, Vectors, pick, product, quadratic, to_gradient};
 use crate::geom::Point3;
 use crate::hull::{Class, Side};
 use crate::mesh::EdgeId;
@@ -10,6 +10,7 @@ use crate::mesh::EdgeId;
 #[derive(Clone, Debug)]
 pub struct EdgeTable {
     points: Vec<[f64; 3]>,
+    vectors: Vectors,
     chunks: Vec<[Lane; 3]>,
 }
 
@@ -17,7 +18,16 @@ impl EdgeTable {
     /// For points with the given weights (x, z, y): x + z = 1 along the edge, y at the apex of the left face.
     pub fn new(points: &[[f64; 3]]) -> Self {
         let chunk = |points: &[[f64; 3]]| std::array::from_fn(|c| Lane::new(points, |x| x[c]));
-        Self { points: points.to_vec(), chunks: points.chunks(LANES).map(chunk).collect() }
+        Self {
+            points: points.to_vec(),
+            vectors: Vectors::default(),
+            chunks: points.chunks(LANES).map(chunk).collect(),
+        }
+    }
+
+    /// To be computed in the given vectors; the widest are the default.
+    pub fn with_vectors(self, vectors: Vectors) -> Self {
+        Self { vectors, ..self }
     }
 
     /// Number of points.
@@ -49,7 +59,13 @@ impl EdgeTable {
     /// # Panics
     /// If the slices of `out` are shorter than the table.
     pub fn evaluate_cells(&self, cells: &EdgeCells, out: &mut GridOut<'_>) -> bool {
-        lanes::shoot(&EdgePatch::new(cells, out.normals.is_some()), &self.chunks, self.len(), out)
+        lanes::shoot(
+            self.vectors,
+            &EdgePatch::new(cells, out.normals.is_some()),
+            &self.chunks,
+            self.len(),
+            out,
+        )
     }
 }
 
@@ -240,24 +256,23 @@ impl Rays for EdgePatch {
     }
 
     #[inline(always)]
-    fn shoot(&self, side: &EdgeRay, chunk: &[Lane; 3], base: f64, i: usize) -> Hit {
+    fn layers(&self, side: &EdgeRay, chunk: &[Lane; 3], base: f64, i: usize) -> [f64; 4] {
         let [x, z, y] = [chunk[0].0[i], chunk[1].0[i], chunk[2].0[i]];
         let w = 1.0 - y;
-        let EdgeLayers { first: [right1, left1], second: [right2, mean, left2], third } =
-            side.layers(x, z, y);
-        let t = root([
-            side.sign[0] * base,
-            y * left1 + w * right1,
-            quadratic(w, y, [right2, mean, left2]),
-            w * third[0] + y * third[1],
-        ]);
-        let ([p_i, p_j], [u_l, u_k]) = (&self.ends, &side.apexes);
+        let EdgeLayers { first: [right, left], second, third } = side.layers(x, z, y);
+        [side.sign[0] * base, y * left + w * right, quadratic(w, y, second), w * third[0] + y * third[1]]
+    }
+
+    #[inline(always)]
+    fn point(&self, side: &EdgeRay, chunk: &[Lane; 3], t: f64, i: usize) -> [f64; 3] {
+        let [x, z, y] = [chunk[0].0[i], chunk[1].0[i], chunk[2].0[i]];
+        let ([p_i, p_j], [u_l, u_k], w) = (&self.ends, &side.apexes, 1.0 - y);
         let mut point = [0.0; 3];
         for c in 0..3 {
             let (on_edge, top) = (x * p_i[c] + z * p_j[c], y * u_k[c] + w * u_l[c]);
             point[c] = on_edge + t * (top - on_edge);
         }
-        Hit { point, t }
+        point
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@ use super::GridOut;
 use crate::apatch::base::{Base, Terms};
 use crate::apatch::build::APatchFunction;
 use crate::apatch::face::FaceFunction;
-use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, dot, pick, product, quadratic, root, to_gradient};
+use crate::apatch::lanes::{self, LANES, Lane, Rays, Vectors, dot, pick, product, quadratic, to_gradient};
 use crate::geom::Point3;
 use crate::hull::{Class, Side};
 use crate::mesh::FaceId;
@@ -11,6 +11,7 @@ use crate::mesh::FaceId;
 #[derive(Clone, Debug)]
 pub struct FaceTable {
     points: Vec<[f64; 3]>,
+    vectors: Vectors,
     /// For rational and for split faces.
     chunks: [Vec<FaceChunk>; 2],
 }
@@ -43,7 +44,12 @@ impl FaceTable {
     pub fn new(points: &[[f64; 3]]) -> Self {
         let chunks = [false, true]
             .map(|split| points.chunks(LANES).map(|points| FaceChunk::new(points, split)).collect());
-        Self { points: points.to_vec(), chunks }
+        Self { points: points.to_vec(), vectors: Vectors::default(), chunks }
+    }
+
+    /// To be computed in the given vectors; the widest are the default.
+    pub fn with_vectors(self, vectors: Vectors) -> Self {
+        Self { vectors, ..self }
     }
 
     /// Number of points.
@@ -76,7 +82,13 @@ impl FaceTable {
     /// If the slices of `out` are shorter than the table.
     pub fn evaluate_cells(&self, cells: &FaceCells<'_>, out: &mut GridOut<'_>) -> bool {
         let patch = FacePatch::new(cells, out.normals.is_some());
-        lanes::shoot(&patch, &self.chunks[usize::from(cells.function.base.split)], self.len(), out)
+        lanes::shoot(
+            self.vectors,
+            &patch,
+            &self.chunks[usize::from(cells.function.base.split)],
+            self.len(),
+            out,
+        )
     }
 
     /// A zero convex face is its own patch.
@@ -91,12 +103,18 @@ impl FaceTable {
 
 impl FaceChunk {
     fn new(points: &[[f64; 3]], split: bool) -> Self {
-        let of = |f: &dyn Fn(&Terms) -> f64| Lane::new(points, |x| f(&Base::terms(x, split)));
+        let terms: Vec<Terms> = points.iter().map(|x| Base::terms(*x, split)).collect();
         Self {
             x: std::array::from_fn(|c| Lane::new(points, |x| x[c])),
-            base: std::array::from_fn(|n| of(&|terms| terms.0[n])),
-            base_d: std::array::from_fn(|c| std::array::from_fn(|n| of(&|terms| terms.1[c][n]))),
+            base: std::array::from_fn(|n| Lane::new(&terms, |(value, _)| value[n])),
+            base_d: std::array::from_fn(|c| std::array::from_fn(|n| Lane::new(&terms, |(_, d)| d[c][n]))),
         }
+    }
+
+    /// Barycentric coordinates of point i.
+    #[inline(always)]
+    fn at(&self, i: usize) -> [f64; 3] {
+        [self.x[0].0[i], self.x[1].0[i], self.x[2].0[i]]
     }
 }
 
@@ -220,22 +238,25 @@ impl Rays for FacePatch {
     }
 
     #[inline(always)]
-    fn shoot(&self, side: &FaceRay, chunk: &FaceChunk, base: f64, i: usize) -> Hit {
-        let [x, y, z] = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
-        let [b1, b2] = side.layers([x, y, z]);
-        let t = root([side.sign[0] * base, b1, b2, side.b[1]]);
-        let p = &self.corners;
+    fn layers(&self, side: &FaceRay, chunk: &FaceChunk, base: f64, i: usize) -> [f64; 4] {
+        let [b1, b2] = side.layers(chunk.at(i));
+        [side.sign[0] * base, b1, b2, side.b[1]]
+    }
+
+    #[inline(always)]
+    fn point(&self, side: &FaceRay, chunk: &FaceChunk, t: f64, i: usize) -> [f64; 3] {
+        let ([x, y, z], p) = (chunk.at(i), &self.corners);
         let mut point = [0.0; 3];
         for c in 0..3 {
             let on_face = x * p[0][c] + y * p[1][c] + z * p[2][c];
             point[c] = on_face + t * (side.apex[c] - on_face);
         }
-        Hit { point, t }
+        point
     }
 
     #[inline(always)]
     fn gradient(&self, side: &FaceRay, chunk: &FaceChunk, t: f64, i: usize) -> [f64; 3] {
-        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
+        let at = chunk.at(i);
         let [b1, b2] = side.layers(at);
         let d = [
             self.derivative::<0>(side, chunk, at, t, i),
@@ -244,37 +265,5 @@ impl Rays for FacePatch {
         ];
         let to_apex = 3.0 * quadratic(1.0 - t, t, [b1, b2, side.b[1]]);
         product(&side.to_gradient, [d[1] - d[0], d[2] - d[0], to_apex - d[0]])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::apatch::{APatchOptions, build};
-    use crate::bernstein::triangle;
-    use crate::geom::Points;
-    use crate::hull::test_meshes::{perturbed, torus};
-    use crate::hull::{self, HullOptions};
-    use pulp::Arch;
-
-    #[test]
-    fn the_width_of_vectors_does_not_change_a_bit() {
-        for data in [perturbed(0.1, 0.3), torus([16, 10])] {
-            let function = build(hull::build(data, &HullOptions::default()), &APatchOptions::default());
-            let table = FaceTable::new(&triangle::lattice(7));
-            for f in function.hull().data().mesh().faces() {
-                let patch = FacePatch::new(&FaceCells::of(&function, f), true);
-                let chunks = &table.chunks[usize::from(function.faces()[f.index()].base.split)];
-                let [narrow, wide] = [Arch::Scalar, Arch::new()].map(|vectors| {
-                    let mut found = [Points::zeros(table.len()), Points::zeros(table.len())];
-                    let [points, normals] = &mut found;
-                    let mut out = GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) };
-                    lanes::shoot_with(vectors, &patch, chunks, table.len(), &mut out);
-                    let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-                    found.map(|p| [bits(&p.x), bits(&p.y), bits(&p.z)])
-                });
-                assert_eq!(narrow, wide, "{f:?}");
-            }
-        }
     }
 }

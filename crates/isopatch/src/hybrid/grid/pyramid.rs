@@ -1,7 +1,7 @@
 //! Points in pyramids.
 
 use crate::apatch::grid::GridOut;
-use crate::apatch::lanes::{self, Hit, LANES, Lane, Rays, dot, far_root, pick, quadratic};
+use crate::apatch::lanes::{self, LANES, Lane, Rays, Vectors, dot, far_root, pick, quadratic};
 use crate::geom::Point3;
 use crate::hull::{Class, Side};
 use crate::hybrid::face::{FaceCells, Foot};
@@ -49,7 +49,7 @@ fn tensor(n: usize, [j, k]: [usize; 2], [s, t]: [f64; 2]) -> Form {
 
 impl PyramidChunk {
     fn new(points: &[[f64; 3]]) -> Self {
-        let lane = |f: &dyn Fn([f64; 2]) -> f64| Lane::new(points, |[s, t, _]| f([s, t]));
+        let lane = |f: &dyn Fn([f64; 2]) -> f64| Lane::new(points, |&[s, t, _]| f([s, t]));
         let base = |n: usize, [s, t]: [f64; 2]| -> Form {
             if n < 8 { tensor(3, BASE_BORDER[n], [s, t]) } else { inner_weights(s, t)[(n - 8) / 2][n % 2] }
         };
@@ -90,7 +90,9 @@ impl PyramidTable {
     pub fn evaluate(&self, function: &HybridFunction, f: FaceId, out: &mut GridOut<'_>) {
         let nan = Point3::repeat(f64::NAN);
         let complete = match &function.faces()[f.index()] {
-            FaceCells::Pyramid(cell) => lanes::shoot(&PyramidPatch::new(cell), &self.chunks, self.len(), out),
+            FaceCells::Pyramid(cell) => {
+                lanes::shoot(Vectors::Widest, &PyramidPatch::new(cell), &self.chunks, self.len(), out)
+            }
             _ => {
                 (0..self.len()).for_each(|i| out.set(i, nan, nan));
                 true
@@ -206,16 +208,25 @@ impl Rays for PyramidPatch {
     }
 
     #[inline(always)]
-    fn shoot(&self, side: &PyramidRay, chunk: &PyramidChunk, base: f64, i: usize) -> Hit {
+    fn layers(&self, side: &PyramidRay, chunk: &PyramidChunk, base: f64, i: usize) -> [f64; 4] {
         let (s, t) = (chunk.at[0].0[i], chunk.at[1].0[i]);
         let (b1, b2) = (dot(&side.first, &chunk.first, i), bilinear(side.layer2, s, t));
-        let u = far_root([side.sign[0] * base, b1, b2, side.layer3[0]]);
-        let [foot, ..] = self.foot(s, t);
+        [side.sign[0] * base, b1, b2, side.layer3[0]]
+    }
+
+    #[inline(always)]
+    fn root(layers: [f64; 4]) -> f64 {
+        far_root(layers)
+    }
+
+    #[inline(always)]
+    fn point(&self, side: &PyramidRay, chunk: &PyramidChunk, u: f64, i: usize) -> [f64; 3] {
+        let [foot, ..] = self.foot(chunk.at[0].0[i], chunk.at[1].0[i]);
         let mut point = [0.0; 3];
         for c in 0..3 {
             point[c] = foot[c] + u * (side.apex[c] - foot[c]);
         }
-        Hit { point, t: u }
+        point
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::apatch::grid::GridOut;
 use crate::apatch::lanes::{
-    self, Hit, LANES, Lane, Rays, dot, far_root, pick, product, quadratic, to_gradient,
+    self, LANES, Lane, Rays, Vectors, dot, far_root, pick, product, quadratic, to_gradient,
 };
 use crate::geom::Point3;
 use crate::hull::{Class, Side};
@@ -31,7 +31,7 @@ struct SectorChunk {
 
 impl SectorChunk {
     fn new(points: &[[f64; 3]]) -> Self {
-        let lane = |f: &dyn Fn([f64; 3]) -> f64| Lane::new(points, f);
+        let lane = |f: &dyn Fn([f64; 3]) -> f64| Lane::new(points, |x| f(*x));
         let base = |n: usize| {
             let mut unit = SectorBase::default();
             if n < 8 {
@@ -52,6 +52,12 @@ impl SectorChunk {
             turns: std::array::from_fn(|n| lane(&|x| turn(n, x).0)),
             turns_d: std::array::from_fn(|c| std::array::from_fn(|n| lane(&|x| turn(n, x).1[c]))),
         }
+    }
+
+    /// Barycentric coordinates of point i.
+    #[inline(always)]
+    fn at(&self, i: usize) -> [f64; 3] {
+        [self.x[0].0[i], self.x[1].0[i], self.x[2].0[i]]
     }
 }
 
@@ -82,7 +88,7 @@ impl SectorTable {
             _ => return self.complete(function, f, k, out),
         };
         let patch = SectorPatch::new(function, f, sectors, k, normals);
-        if !lanes::shoot(&patch, &self.chunks, self.len(), out) {
+        if !lanes::shoot(Vectors::Widest, &patch, &self.chunks, self.len(), out) {
             out.complete(self.len(), |i| self.shoot(function, f, k, i));
         }
     }
@@ -216,22 +222,30 @@ impl Rays for SectorPatch {
     }
 
     #[inline(always)]
-    fn shoot(&self, side: &SectorRay, chunk: &SectorChunk, base: f64, i: usize) -> Hit {
-        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
-        let [b1, b2] = side.layers(chunk, at, i);
-        let t = far_root([side.sign[0] * base, b1, b2, side.layer3[0]]);
-        let p = &self.corners;
+    fn layers(&self, side: &SectorRay, chunk: &SectorChunk, base: f64, i: usize) -> [f64; 4] {
+        let [b1, b2] = side.layers(chunk, chunk.at(i), i);
+        [side.sign[0] * base, b1, b2, side.layer3[0]]
+    }
+
+    #[inline(always)]
+    fn root(layers: [f64; 4]) -> f64 {
+        far_root(layers)
+    }
+
+    #[inline(always)]
+    fn point(&self, side: &SectorRay, chunk: &SectorChunk, t: f64, i: usize) -> [f64; 3] {
+        let (at, p) = (chunk.at(i), &self.corners);
         let mut point = [0.0; 3];
         for c in 0..3 {
             let on_face = at[0] * p[0][c] + at[1] * p[1][c] + at[2] * p[2][c];
             point[c] = on_face + t * (side.apex[c] - on_face);
         }
-        Hit { point, t }
+        point
     }
 
     #[inline(always)]
     fn gradient(&self, side: &SectorRay, chunk: &SectorChunk, t: f64, i: usize) -> [f64; 3] {
-        let at = [chunk.x[0].0[i], chunk.x[1].0[i], chunk.x[2].0[i]];
+        let at = chunk.at(i);
         let [b1, b2] = side.layers(chunk, at, i);
         let d = [
             self.derivative::<0>(side, chunk, at, t, i),
