@@ -293,7 +293,7 @@ fn accuracy(report: &Report, lines: &mut Lines) {
     } else if report.apatch.is_some() {
         lines.add(
             "itself",
-            "not checked for self-intersections: --report or isopatch inspect does".to_owned(),
+            "not checked for self-intersections; --report and isopatch inspect check".to_owned(),
         );
     }
 }
