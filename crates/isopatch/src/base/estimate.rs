@@ -65,9 +65,9 @@ impl TensorFit {
     }
 }
 
-/// The tensor with the components (xx, xy, yy) in a tangent frame.
+/// The tensor with the components (xx, xy, yy) in a tangent frame, symmetric to the bit.
 pub(super) fn tensor(k: &Vector3<f64>, [x, y]: &[Vec3; 2]) -> Mat3 {
-    k.x * x * x.transpose() + k.y * (x * y.transpose() + y * x.transpose()) + k.z * y * y.transpose()
+    k.x * (x * x.transpose()) + k.y * (x * y.transpose() + y * x.transpose()) + k.z * (y * y.transpose())
 }
 
 /// Curvature tensors at all vertices for given unit normals.

@@ -72,12 +72,6 @@ pub enum WriteError {
         /// How many there are.
         count: usize,
     },
-    /// A curvature tensor is not symmetric, of which the native format stores one half.
-    #[error("the curvature tensor of vertex {vertex} is not symmetric")]
-    Tensor {
-        /// The vertex.
-        vertex: usize,
-    },
     /// The native format stores a patch border as the quartic of its edge.
     #[error("the border of patch {patch} is not the elevated quartic of edge {edge}, from vertex to vertex")]
     Border {

@@ -23,7 +23,7 @@ pub const INTERIOR: usize = 15;
 pub const POINT: usize = 24;
 /// Numbers of a vertex: position, normal, curvature tensor with its upper triangle only.
 pub const VERTEX_NUMBERS: usize = 3 + 3 + 6;
-/// The same up to version 1.4, with the whole tensor.
+/// The same with the whole tensor: up to version 1.4, and where one is not symmetric.
 pub const OLD_VERTEX_NUMBERS: usize = 3 + 3 + 9;
 /// The entries of a tensor that are stored.
 pub const UPPER: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];

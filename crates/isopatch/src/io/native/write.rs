@@ -2,7 +2,7 @@ use super::Provenance;
 use super::layout::*;
 use crate::base::{Clip, EdgeFeature};
 use crate::bernstein::{curve, index};
-use crate::geom::Point3;
+use crate::geom::{Mat3, Point3};
 use crate::io::WriteError;
 use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh};
 use crate::spline::TriangularSpline;
@@ -12,7 +12,7 @@ use std::io::Write;
 ///
 /// # Errors
 /// [`WriteError::Border`] if the border of a patch is not, bit for bit, the elevated quartic of its edge from vertex to vertex,
-/// [`WriteError::Tensor`] and [`WriteError::NotFinite`].
+/// and [`WriteError::NotFinite`].
 pub fn write_native(
     spline: &TriangularSpline,
     provenance: &Provenance,
@@ -22,7 +22,7 @@ pub fn write_native(
     let mut sections = vec![
         Section::new(META, || meta(provenance)),
         Section::new(FACES, || Ok(faces(&spline.base.mesh))),
-        Section::new(VERTICES, || Ok(vertices(spline))),
+        vertices(spline),
         Section::new(EDGES, || Ok(spline.base.features.iter().map(|f| feature_code(*f)).collect())),
         Section::new(CURVES, || Ok(points(spline.curves.iter().flat_map(|curve| &curve[1..4])))),
         Section::new(INTERIORS, || Ok(interiors(spline))),
@@ -95,14 +95,22 @@ pub(super) fn faces(mesh: &HalfEdgeMesh) -> Vec<u8> {
     counts.into_iter().chain(corners).flat_map(u32::to_le_bytes).collect()
 }
 
-fn vertices(spline: &TriangularSpline) -> Vec<u8> {
+/// Half of the tensors where they are symmetric to the bit, as those that isopatch makes are.
+fn vertices(spline: &TriangularSpline) -> Section<'_> {
     let base = &spline.base;
-    let mut bytes = Vec::with_capacity(base.positions.len() * VERTEX_NUMBERS * 8);
-    for ((p, n), m) in base.positions.iter().zip(&base.normals).zip(&base.curvatures) {
-        let tensor = UPPER.map(|(i, j)| m[(i, j)]);
-        bytes.extend(p.iter().chain(n.iter()).chain(&tensor).flat_map(|x| x.to_le_bytes()));
+    let mirrored = |m: &Mat3| UPPER.iter().all(|(i, j)| m[(*i, *j)].to_bits() == m[(*j, *i)].to_bits());
+    let of_all = |numbers: &dyn Fn(&Mat3) -> Vec<f64>| {
+        let mut bytes = Vec::with_capacity(base.positions.len() * OLD_VERTEX_NUMBERS * 8);
+        for ((p, n), m) in base.positions.iter().zip(&base.normals).zip(&base.curvatures) {
+            bytes.extend(p.iter().chain(n.iter()).chain(&numbers(m)).flat_map(|x| x.to_le_bytes()));
+        }
+        Ok(bytes)
+    };
+    match base.curvatures.iter().all(mirrored) {
+        true => Section::new(VERTICES, move || of_all(&|m| UPPER.map(|(i, j)| m[(i, j)]).to_vec())),
+        // Row after row; the transpose's columns are the rows.
+        false => Section::new(OLD_VERTICES, move || of_all(&|m| m.transpose().iter().copied().collect())),
     }
-    bytes
 }
 
 fn clip_bytes(clip: &Clip) -> Vec<u8> {
@@ -128,10 +136,6 @@ fn check(spline: &TriangularSpline) -> Result<(), WriteError> {
         let curved = base.curvatures[v].iter().all(|c| c.is_finite());
         if !finite(&base.positions[v]) || !finite(&base.normals[v]) || !curved {
             return Err(WriteError::NotFinite { what: "vertex", index: v });
-        }
-        let m = &base.curvatures[v];
-        if !UPPER.iter().all(|(i, j)| m[(*i, *j)].to_bits() == m[(*j, *i)].to_bits()) {
-            return Err(WriteError::Tensor { vertex: v });
         }
     }
     if let Some(index) = spline.nets.iter().position(|net| !net.iter().all(finite)) {
