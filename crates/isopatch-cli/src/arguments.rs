@@ -89,7 +89,7 @@ pub struct FitOptions {
     pub faces: Option<usize>,
 
     /// Largest distance between surface and formula, relative to the diagonal
-    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::positive)]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, value_parser = values::tolerance)]
     pub tol: Option<f64>,
 
     /// What a formula's spline costs: quick (up to three times faster, with about twice the patches) or full (the fewest
@@ -381,6 +381,10 @@ pub struct Convert {
     /// What the cells of a .vtu are [default: bezier; linear for A-patches, which have no other]
     #[arg(long)]
     pub cells: Option<VtkCells>,
+
+    /// What one unit of the surface is: mm, cm, m or in; no coordinate changes [default: as the native file says]
+    #[arg(long)]
+    pub unit: Option<Unit>,
 }
 
 /// Draw a native file (.isopatch) or a mesh (.obj .off .ply .stl) as a picture

@@ -3,9 +3,11 @@
 use crate::config::ConfigError;
 use crate::fit::FreeError;
 use crate::input::InputError;
+use isopatch::base::SEARCH_RADII;
 use isopatch::io::atomic::OutputError;
 use isopatch::io::native::NativeError;
 use isopatch::io::read::ReadError;
+use isopatch::recipes::Touching;
 use isopatch::recipes::algebraic::AlgebraicError;
 use isopatch::recipes::apatch::APatchError;
 use isopatch::recipes::mesh_spline::MeshSplineError;
@@ -17,7 +19,7 @@ use isopatch::render::RenderError;
 use isopatch::singular::SingularError;
 use isopatch::tessellate::TessellateError;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The input can't be handled.
@@ -28,6 +30,9 @@ const EXIT_USAGE: u8 = 2;
 const EXIT_TOLERANCE: u8 = 3;
 /// Ctrl-C.
 pub const EXIT_INTERRUPTED: u8 = 130;
+
+/// How far from the origin a surface is looked for.
+const SEARCHED: f64 = SEARCH_RADII[0];
 
 /// Why a command ends without its result.
 #[derive(Debug, thiserror::Error)]
@@ -45,6 +50,8 @@ pub enum Failure {
     #[error(transparent)]
     Recipe(#[from] RecipeError),
     #[error(transparent)]
+    Touching(#[from] Touching),
+    #[error(transparent)]
     Conforming(#[from] SingularRecipeError),
     #[error(transparent)]
     Singular(#[from] SingularError),
@@ -52,7 +59,7 @@ pub enum Failure {
     Algebraic(#[from] AlgebraicError),
     #[error(transparent)]
     SingularAPatches(#[from] SingularAPatchError),
-    #[error("{}: {source}", path.display())]
+    #[error("{}", of_mesh(path, source))]
     InputMesh { path: PathBuf, source: ReadError },
     #[error("{}: {source}", path.display())]
     APatch { path: PathBuf, source: APatchError },
@@ -64,8 +71,15 @@ pub enum Failure {
     Rational { path: PathBuf, source: RationalError },
     #[error("{}: {source}", path.display())]
     Native { path: PathBuf, source: NativeError },
-    #[error("--base {}: {source}", path.display())]
+    #[error("--base: {}", of_mesh(path, source))]
     Mesh { path: PathBuf, source: ReadError },
+    #[error("{} is a mesh, not an isopatch file: isopatch fit makes a surface of it", .0.display())]
+    NotNative(PathBuf),
+    #[error(
+        "no surface was found: the formula is {} everywhere, up to a distance of {SEARCHED:.0e} from the origin",
+        if *.0 { "negative" } else { "positive" }
+    )]
+    NoSurface(bool),
     #[error("{} names no formula to measure against: give one with --against", .0.display())]
     NoFormula(PathBuf),
     #[error(transparent)]
@@ -104,6 +118,7 @@ impl Failure {
             | Self::Input(InputError::Constant(_)) => EXIT_USAGE,
             Self::Input(_)
             | Self::Recipe(_)
+            | Self::Touching(_)
             | Self::Conforming(_)
             | Self::Singular(_)
             | Self::Algebraic(_)
@@ -115,6 +130,8 @@ impl Failure {
             | Self::Native { .. }
             | Self::Mesh { .. }
             | Self::NoFormula(_)
+            | Self::NotNative(_)
+            | Self::NoSurface(_)
             | Self::Output(_)
             | Self::Tessellate(_)
             | Self::Render(_)
@@ -136,6 +153,14 @@ impl Failure {
             other => writeln!(io::stderr(), "error: {other}"),
         };
         ExitCode::from(self.status())
+    }
+}
+
+/// What is wrong with a mesh file, which is named once.
+fn of_mesh(path: &Path, source: &ReadError) -> String {
+    match source {
+        ReadError::File { .. } | ReadError::UnknownEnding { .. } => source.to_string(),
+        _ => format!("{}: {source}", path.display()),
     }
 }
 

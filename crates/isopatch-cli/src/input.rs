@@ -55,6 +55,10 @@ pub enum InputError {
     NativeFile(String),
     #[error("{0} is a mesh: --against takes a formula, or a gallery name")]
     MeshFile(String),
+    #[error(
+        "{0} is no formula, and no such file is there (fit takes a formula, a gallery name, or a mesh: .obj .off .ply .stl)"
+    )]
+    NoSuchFile(String),
     #[error("{0} is a file: fit takes a formula, a gallery name, or a mesh (.obj .off .ply .stl)")]
     OtherFile(String),
 }
@@ -99,7 +103,7 @@ fn ending(path: &Path) -> String {
 }
 
 /// Does the ending of the name tell that of a mesh?
-fn is_mesh(path: &Path) -> bool {
+pub fn is_mesh(path: &Path) -> bool {
     MESH_ENDINGS.contains(&ending(path).as_str())
 }
 
@@ -113,6 +117,8 @@ fn explain(text: &str, error: FormulaError) -> InputError {
         InputError::MeshFile(name)
     } else if path.is_file() {
         InputError::OtherFile(name)
+    } else if is_file_name(&name) {
+        InputError::NoSuchFile(name)
     } else if !is_word(&name) {
         InputError::Formula(error)
     } else if let Some(suggestion) = similar(&name) {
@@ -120,6 +126,12 @@ fn explain(text: &str, error: FormulaError) -> InputError {
     } else {
         InputError::NeitherNameNorFormula { name, source: error }
     }
+}
+
+/// Does it look like a file name: letters and no operators, and an ending that begins with a letter?
+fn is_file_name(text: &str) -> bool {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | '/' | '\\');
+    text.chars().all(is_plain) && ending(Path::new(text)).starts_with(char::is_alphabetic)
 }
 
 /// Could it be meant as a name?
@@ -177,6 +189,8 @@ mod tests {
         assert!(message("hand.OFF").contains("is a mesh"));
         assert!(matches!(Source::new("a b/hand.OFF", &[]), Ok(Source::Mesh(_))));
         assert!(matches!(Source::new("x^2+y^2+z^2-1", &[]), Ok(Source::Formula(_))));
+        assert!(message("part.dwg").contains("no such file"));
+        assert!(message("2.5x+w").contains("unknown name \"w\""));
         assert!(message(file!().rsplit_once('/').map_or("", |_| "Cargo.toml")).contains("is a file"));
     }
 }

@@ -3,7 +3,7 @@
 use crate::arguments::Inspect;
 use crate::failure::{Failure, print};
 use crate::fit::{describe, describe_rational, weakest};
-use crate::input::Input;
+use crate::input::{Input, is_mesh};
 use crate::making;
 use crate::summary::summary;
 use isopatch::base::BaseMesh;
@@ -37,7 +37,7 @@ pub fn run(arguments: &Inspect) -> Result<(), Failure> {
         })?,
         NativeSurface::Rational(surface) => of_rational(arguments, surface, &model.provenance, seconds)?,
     };
-    let text = if arguments.json { report.to_json()? } else { summary(&report, &[]) };
+    let text = if arguments.json { report.to_json()? } else { summary(&report, None) };
     print(&text);
     Ok(())
 }
@@ -130,6 +130,9 @@ fn of_rational(
 
 /// Reads a native file.
 pub fn read(path: &Path) -> Result<NativeModel, Failure> {
+    if is_mesh(path) {
+        return Err(Failure::NotNative(path.to_owned()));
+    }
     let fault = |source| Failure::Native { path: path.to_owned(), source };
     let mut file = File::open(path).map_err(|error| fault(error.into()))?;
     read_native(&mut file).map_err(fault)

@@ -2,8 +2,10 @@
 
 use crate::failure::Failure;
 use crate::interrupt::{Interruptible, Writing};
+use crate::making;
 use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
+use isopatch::base::Repair;
 use isopatch::geom::Point3;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
@@ -15,7 +17,7 @@ use isopatch::tessellate::{
     APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
     tessellate_a_patches, tessellate_hybrid,
 };
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -75,6 +77,7 @@ pub struct Written {
 
 /// Can every file be written? Makes and removes a temporary file beside each.
 pub fn check(files: &[OutputFile], report: Option<&Path>) -> Result<(), Failure> {
+    time_of_writing()?;
     let paths: Vec<&Path> = files.iter().map(|file| file.path.as_path()).chain(report).collect();
     let mut seen = HashSet::new();
     for path in &paths {
@@ -88,6 +91,23 @@ pub fn check(files: &[OutputFile], report: Option<&Path>) -> Result<(), Failure>
         trial.write(path, |_| Ok(()))?;
     }
     Ok(())
+}
+
+/// The environment's time for files that tell one, so that builds can be repeated bit for bit.
+const TIME_VARIABLE: &str = "SOURCE_DATE_EPOCH";
+
+/// That time, in seconds since 1970 began, if the environment has one.
+fn time_of_writing() -> Result<Option<u64>, Failure> {
+    let Some(text) = std::env::var_os(TIME_VARIABLE) else { return Ok(None) };
+    let text = text.to_string_lossy();
+    // Years have four digits.
+    const END: u64 = 253_402_300_800;
+    match text.parse::<u64>() {
+        Ok(seconds) if seconds < END => Ok(Some(seconds)),
+        _ => Err(Failure::Unfit(format!(
+            "{TIME_VARIABLE}={text}: a time is a whole number of seconds since 1970, before the year 10000"
+        ))),
+    }
 }
 
 /// The path without detours, so that `a.step` and `./a.step` are seen to be one file.
@@ -123,6 +143,34 @@ pub fn check_rational(cells: Option<VtkCells>) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// What there is to say about files that are meant for solids, if the surface is open.
+pub fn open_shells(model: &NativeModel, files: &[OutputFile]) -> Option<Repair> {
+    let is_for_solids =
+        |file: &&OutputFile| matches!(file.format, Format::Step | Format::Stl | Format::Threemf);
+    let names: Vec<String> =
+        files.iter().filter(is_for_solids).map(|file| file.path.display().to_string()).collect();
+    let is_open = has_boundary(model.as_surface());
+    let why = match making::is_of_mesh(&model.provenance) {
+        true => "the mesh has a boundary, and a closed one makes a solid",
+        false => "the box cuts the surface, and a larger --box makes a solid if the surface is bounded",
+    };
+    (is_open && !names.is_empty()).then(|| Repair {
+        what: "open shell instead of a solid".into(),
+        place: names.join(", "),
+        why: why.into(),
+    })
+}
+
+/// Does a patch end where no other one goes on? Sheets that cross end in each other.
+fn has_boundary(surface: &dyn Surface) -> bool {
+    let seams = surface.seams();
+    let mut ends_at: HashMap<u32, usize> = HashMap::new();
+    for s in (0..seams.len()).filter(|s| seams[*s].second.is_none()) {
+        *ends_at.entry(surface.curve(s)).or_default() += 1;
+    }
+    ends_at.values().any(|patches| *patches == 1)
 }
 
 /// Do the patches have control points, which files can hold?
@@ -225,6 +273,7 @@ pub fn write(
     style: &Style,
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
+    let time = time_of_writing()?;
     let any_flat = files.iter().any(|file| is_flat(model, file, style));
     let mesh = if any_flat { Some(flattened(model, style)?) } else { None };
     let is_picture = |file: &OutputFile| file.format == Format::Png;
@@ -240,7 +289,7 @@ pub fn write(
                 (Some(mesh), _) if is_flat(model, file, style) => {
                     write_mesh(model.provenance.unit, mesh, file.format, &mut out)
                 }
-                _ => write_patches(model, file, style, &mut out),
+                _ => write_patches(model, file, style, time, &mut out),
             }
         })?;
     }
@@ -330,14 +379,16 @@ fn write_patches(
     model: &NativeModel,
     file: &OutputFile,
     style: &Style,
+    time: Option<u64>,
     out: &mut impl Write,
 ) -> Result<(), WriteError> {
     let surface = model.as_surface();
     match file.format {
         Format::Step => {
             let name = file.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let unit = model.provenance.unit;
-            step::write_step(surface, &step::StepOptions { unit, name, ..Default::default() }, out)
+            let mut options = step::StepOptions { unit: model.provenance.unit, name, ..Default::default() };
+            options.time = time.unwrap_or(options.time);
+            step::write_step(surface, &options, out)
         }
         Format::Vtk => {
             let cells = match style.cells {

@@ -3,6 +3,7 @@
 use crate::arguments::Singular;
 use crate::failure::{Failure, print};
 use crate::input::Input;
+use crate::summary::counted;
 use isopatch::geom::Point3;
 use isopatch::report;
 use isopatch::singular::{
@@ -136,7 +137,7 @@ impl Report {
             line(format_args!("No singular point in the box."));
         }
         if !self.points.is_empty() {
-            line(format_args!("{} isolated singular points", self.points.len()));
+            line(format_args!("{}", counted(self.points.len(), "isolated singular point")));
             for p in &self.points {
                 let multiplicity = p.multiplicity.map_or("-".to_owned(), |m| m.to_string());
                 line(format_args!(
@@ -148,7 +149,7 @@ impl Report {
             }
         }
         if !self.curves.is_empty() {
-            line(format_args!("{} singular arcs", self.curves.len()));
+            line(format_args!("{}", counted(self.curves.len(), "singular arc")));
             for c in &self.curves {
                 let ends: Vec<String> =
                     c.special.iter().map(|s| format!("{} ({})", place(&s.at), word(&s.kind))).collect();
@@ -157,14 +158,14 @@ impl Report {
             }
         }
         if !self.undecided.is_empty() {
-            line(format_args!("{} boxes undecided: they may hold more", self.undecided.len()));
+            line(format_args!("undecided, may hold more: {}", counted(self.undecided.len(), "small box")));
             for [least, largest] in &self.undecided {
                 line(format_args!("  {} to {}", place(least), place(largest)));
             }
         }
         match self.components {
             Some(count) => {
-                line(format_args!("{count} connected components; a point on each:"));
+                line(format_args!("{}; a point on each:", counted(count, "connected component")));
                 self.seeds.iter().for_each(|p| line(format_args!("  {}", place(p))));
             }
             None => line(format_args!("The connected components are too fine to be counted.")),

@@ -39,6 +39,17 @@ pub fn positive(text: &str) -> Result<f64, String> {
     if number > 0.0 { Ok(number) } else { Err("the number is not positive".into()) }
 }
 
+/// No distance can be smaller than the rounding of coordinates.
+const LEAST_TOLERANCE: f64 = 1e-15;
+
+/// A distance relative to the diagonal.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    match positive(text)? {
+        t if t < LEAST_TOLERANCE => Err("coordinates have 16 digits: the smallest tolerance is 1e-15".into()),
+        t => Ok(t),
+    }
+}
+
 /// A whole number above 0.
 pub fn count(text: &str) -> Result<usize, String> {
     let number: i128 = text.trim().parse().map_err(|_| "this is not a whole number")?;

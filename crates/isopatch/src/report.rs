@@ -240,10 +240,14 @@ pub struct APatchReport {
     pub face_cells: usize,
     /// Number of cells over edges, on both sides.
     pub edge_cells: usize,
-    /// Vertices around which the mesh was refined without changing its shape, and how many faces that added.
+    /// Vertices around which the mesh was refined without changing its shape.
     pub vertices_refined: usize,
-    /// See there.
+    /// How many faces were added, around these and around those that were rounded.
     pub faces_added: usize,
+    /// Vertices around which the mesh was rounded because its own faces leave no room for a smooth surface.
+    pub vertices_rounded: usize,
+    /// How far new vertices around these are from the edges of the mesh at most.
+    pub rounded_distance: f64,
     /// Number of vertices whose normal was moved to see the faces around them.
     pub normals_moved: usize,
     /// Number of sharp edges over which both faces end in the edge itself.
@@ -345,6 +349,8 @@ impl APatchReport {
             edge_cells: hull.edges().iter().map(|edge| edge.cells.iter().flatten().count()).sum(),
             vertices_refined: hull.refined_vertices().len(),
             faces_added: hull.added_faces(),
+            vertices_rounded: hull.rounded_vertices().len(),
+            rounded_distance: hull.rounded_distance(),
             normals_moved: hull.moved_normals().len(),
             creases_straight: creases.straight,
             creases_curved: creases.curved,
@@ -605,7 +611,8 @@ mod tests {
             rms_distance max_normal_error_rad certified distance topology \
             spline sqp_iterations_mean sqp_unconverged curves_at_bound folded faces_over_20deg \
             apatch normals gradient_lengths faces positive negative zero nonconvex edges positive face_cells edge_cells \
-            vertices_refined faces_added normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
+            vertices_refined faces_added vertices_rounded rounded_distance \
+            normals_moved creases_straight creases_curved creases_added corners free_raised problems undefined undefined_at \
             steep steep_at folded folded_at self_intersections_of_input resolution \
             rational normals sharp_edges crossings singular_vertices folded folded_at \
             repairs what where why seconds total base spline peak_memory_bytes";

@@ -8,7 +8,7 @@ use isopatch::geom::{Point3, Vec3, angle_between};
 use isopatch::hull::{self, Class, HermiteMesh, HullOptions, Side};
 use isopatch::io::read::read_mesh;
 use isopatch::mesh::normals::{NormalRule, at_corners, of_face};
-use isopatch::mesh::{HalfEdgeId, HalfEdgeMesh, PrepareOptions, creases, prepare};
+use isopatch::mesh::{HalfEdgeId, HalfEdgeMesh, PrepareOptions, VertexId, creases, prepare};
 use isopatch::surface::{Continuity, Domain, PatchId, SeamSide, Surface};
 use isopatch::tessellate::{APatchResolution, Tessellation, tessellate_a_patches};
 use rayon::prelude::*;
@@ -322,15 +322,15 @@ type Case = (&'static str, f64);
 /// Intervals of the grids that the issue asks for.
 const GRID: usize = 20;
 
-/// How many vertices of a mesh have no visible normal: in some sector between its creases, no direction sees all faces.
-fn hidden_vertices(positions: &[Point3], faces: &[[u32; 3]], angle: f64) -> usize {
+/// The vertices of a mesh without a visible normal: in some sector between its creases, no direction sees all faces.
+fn hidden_vertices(positions: &[Point3], faces: &[[u32; 3]], angle: f64) -> Vec<VertexId> {
     let mesh = HalfEdgeMesh::from_faces(positions.len(), faces).unwrap();
     let sharp = creases::by_angle(&mesh, positions, angle.to_radians());
     let is_hidden = |sector: &Vec<HalfEdgeId>| {
         let normals: Vec<Vec3> = sector.iter().map(|h| of_face(&mesh, positions, mesh.face(*h))).collect();
         hull::most_visible_direction(&normals).is_none_or(|(_, product)| product <= 0.0)
     };
-    mesh.vertices().filter(|v| creases::sectors(&mesh, &sharp, *v).iter().any(is_hidden)).count()
+    mesh.vertices().filter(|v| creases::sectors(&mesh, &sharp, *v).iter().any(is_hidden)).collect()
 }
 
 fn assert_mesh((name, angle): Case) -> bool {
@@ -339,11 +339,22 @@ fn assert_mesh((name, angle): Case) -> bool {
     let prepared = prepare(&read.positions, &read.faces, &PrepareOptions::default()).unwrap();
     let faces: Vec<[u32; 3]> = prepared.faces.iter().map(|f| [f[0], f[1], f[2]]).collect();
     let hidden = hidden_vertices(&prepared.positions, &faces, angle);
+    let given = prepared.positions.clone();
     let surface = surface(prepared.positions, &faces, angle);
     let hull = surface.function().hull();
     assert!(hull.problems().is_empty(), "{name}: {:?}", hull.problems());
-    let avoidable = AVOIDABLE.iter().find(|(mesh, _)| *mesh == name).map_or(0, |(_, count)| *count);
-    assert_eq!(hull.corners().len(), hidden + avoidable, "{name}: {:?}", hull.corners());
+    // Vertices of the mesh keep their numbers. One without a visible normal may get one where its neighbours were rounded.
+    for corner in hull.corners() {
+        assert!(hidden.contains(&corner.vertex), "{name}: {corner:?}");
+    }
+    if hull.rounded_vertices().is_empty() {
+        assert_eq!(hull.corners().len(), hidden.len(), "{name}");
+    }
+    for (v, p) in given.iter().enumerate() {
+        assert_eq!(hull.data().positions()[v], *p, "{name}: vertex {v} moved");
+    }
+    assert_eq!(hull.rounded_vertices().is_empty(), !ROUNDED.contains(&name), "{name}");
+    assert!(hull.rounded_distance() <= FARTHEST_OFF * hull.data().diagonal(), "{name}");
     assert_valid(name, &surface, GRID);
     // A patch that turned back at a corner would be at 180 degrees however close.
     assert_vertices(name, &surface, 1e-9, 0.1);
@@ -355,9 +366,10 @@ fn assert_mesh((name, angle): Case) -> bool {
 
 const SMOOTH: f64 = 180.0;
 
-/// Corners at vertices that have a visible normal: what is still missing. All see a face around them under 1.1 degrees at most,
-/// or are next to one that does.
-const AVOIDABLE: [(&str, usize); 2] = [("cgal_hand", 3), ("cgal_pig", 2)];
+/// Meshes with vertices that see a face around them under 1.1 degrees at most, which are rounded there, and how far off its edges that
+/// may lead, relative to the diagonal.
+const ROUNDED: [&str; 2] = ["cgal_hand", "cgal_pig"];
+const FARTHEST_OFF: f64 = 0.02;
 
 /// Meshes with sharply bent patches, which come near their limits more slowly.
 const STEEP: [Case; 3] = [("cgal_cow", SMOOTH), ("pyvista_ant", SMOOTH), ("cgal_fandisk", SMOOTH)];

@@ -6,14 +6,15 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::making;
 use crate::progress::Progress;
-use isopatch::base::BaseOptions;
+use isopatch::base::{BaseError, BaseOptions};
 use isopatch::field::Formula;
+use isopatch::geom::Aabb;
 use isopatch::inspect::{InspectOptions, Inspection, inspect};
 use isopatch::io::Format;
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::read::{PolygonMesh, read_mesh};
-use isopatch::recipes::paper_spline;
-use isopatch::recipes::spline::{self, Fitted, Size, SplineRecipe};
+use isopatch::recipes::spline::{self, Fitted, RecipeError, Size, SplineRecipe};
+use isopatch::recipes::{Defect, paper_spline, touching};
 use isopatch::report::{self, BaseReport, Certified, Report, SCHEMA, SplineReport, SurfaceReport};
 use isopatch::surface::Continuity;
 use std::path::Path;
@@ -80,7 +81,25 @@ fn make(
         },
         ..Default::default()
     };
-    Ok(spline::fit(formula, &recipe, &|stage| progress.stage(stage))?)
+    spline::fit(formula, &recipe, &|stage| progress.stage(stage))
+        .map_err(|error| without_surface(formula, bounds.as_ref(), error))
+}
+
+/// Has the formula no surface at all, where the recipe says something else?
+fn without_surface(formula: &Formula, bounds: Option<&Aabb>, error: RecipeError) -> Failure {
+    let near = match &error {
+        RecipeError::Base(BaseError::Singular { at }) | RecipeError::Defect(Defect::Kink { at, .. }) => {
+            Some(*at)
+        }
+        RecipeError::Base(BaseError::Unbounded | BaseError::UnresolvedCells { .. }) => None,
+        RecipeError::Base(BaseError::NoSurface { negative, proven: true }) if bounds.is_none() => {
+            return Failure::NoSurface(*negative);
+        }
+        // A box that was found.
+        RecipeError::Base(BaseError::FlatBox { .. }) if bounds.is_none() => None,
+        _ => return error.into(),
+    };
+    touching(formula, bounds, near).map_or_else(|| error.into(), Into::into)
 }
 
 fn read_base(path: &Path) -> Result<PolygonMesh, Failure> {

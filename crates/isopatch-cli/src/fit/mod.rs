@@ -68,6 +68,7 @@ fn finish(
     progress: Progress,
 ) -> Result<(), Failure> {
     let style = style(options);
+    report.repairs.extend(outputs::open_shells(model, &options.output));
     finish_with(options, report, progress, &|outputs| outputs::write(model, &options.output, &style, outputs))
 }
 
@@ -82,7 +83,7 @@ fn finish_with(
     let written = write(options, report, write_files)?;
     drop(progress);
     if !options.quiet {
-        print(&summary(report, &written));
+        print(&summary(report, Some(&written)));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::input::Input;
 use crate::outputs;
 use crate::progress::Progress;
+use crate::summary::counted;
 use isopatch::base::Repair;
 use isopatch::expand::{Approach, ExpandOptions};
 use isopatch::field::Formula;
@@ -114,9 +115,9 @@ fn left_out(fitted: &FittedSingular, options: &FitOptions) -> Vec<Repair> {
     let files = options.output.iter().filter(|file| !outputs::holds_thin_parts(file.format));
     let said = |file: &outputs::OutputFile| Repair {
         what: format!(
-            "{} isolated points and {} curves without sheets left out",
-            thin.points.len(),
-            thin.curves.len()
+            "{} and {} without sheets left out",
+            counted(thin.points.len(), "isolated point"),
+            counted(thin.curves.len(), "curve")
         ),
         place: file.path.display().to_string(),
         why: "this format holds triangles only; .glb, .obj, .ply and .vtu hold them".into(),

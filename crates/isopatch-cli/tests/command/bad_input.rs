@@ -6,6 +6,8 @@ use super::{Folder, assert_fit_fails};
 fn unknown_names_are_pointed_at() {
     assert_fit_fails(&["x^2+y^2+q*z-1"], 1, &["column 9", "\"q\"", "\n  x^2+y^2+q*z-1\n          ^"]);
     assert_fit_fails(&["x^2+sn(y)"], 1, &["\"sn\""]);
+    assert_fit_fails(&["x^2+y^2+z^2=r"], 1, &["\"r\"", "--set r=VALUE"]);
+    assert_fit_fails(&["x^2+y^2+z^2<1"], 1, &["'<'", "write ="]);
 }
 
 #[test]
@@ -15,6 +17,7 @@ fn unknown_symbols_are_pointed_at() {
 
 #[test]
 fn unbalanced_parentheses_are_pointed_at() {
+    assert_fit_fails(&["(x^2+y^2 = 1"], 1, &["column 1", "\"(\" without \")\"", "\n  (x^2+y^2 = 1\n  ^"]);
     assert_fit_fails(&["(x^2+(y^2+z^2-1"], 1, &["\"(\" without \")\"", "^"]);
     assert_fit_fails(&["x^2+y^2)+z^2-1"], 1, &["column 8", "\")\" without \"(\""]);
 }
@@ -90,7 +93,44 @@ fn kinks_are_refused_with_place_and_function() {
 
 #[test]
 fn too_few_faces_are_refused_with_the_least_number() {
-    assert_fit_fails(&["torus", "--faces", "4"], 1, &["4 faces are too few", "the least that works is"]);
+    assert_fit_fails(
+        &["torus", "--faces", "4"],
+        1,
+        &["4 faces are too few", " worked, and a tolerance (--tol) may do with fewer"],
+    );
+}
+
+#[test]
+fn formulas_that_only_touch_zero_have_no_surface() {
+    for formula in
+        ["x^2+y^2+z^2=0", "x^2+y^2=0", "(x^2+y^2+z^2-1)^2", "(x-1/3)^2+(y-1/7)^2+z^2", "exp(x^2+y^2+z^2)=1"]
+    {
+        assert_fit_fails(&[formula], 1, &["no surface was found", "nowhere negative", "points, curves"]);
+    }
+    let there = ["x^2+y^2+z^2=0", "--box", "-1,1,-1,1,-1,1"];
+    assert_fit_fails(&there, 1, &["no surface in the box", "points", "isopatch singular"]);
+    assert_fit_fails(&["x^2+y^2+z^2=-1"], 1, &["no surface was found", "positive everywhere"]);
+}
+
+#[test]
+fn kinks_are_told_with_what_has_none() {
+    let smooth = "x^2+y^2+z^2-1 + x-0.3 + sqrt((x^2+y^2+z^2-1 - (x-0.3))^2 + e^2)";
+    assert_fit_fails(&["max(x^2+y^2+z^2-1, x-0.3)"], 1, &["smooth is (a + b + sqrt((a - b)^2 + e^2))/2"]);
+    Folder::new().run(&["fit", smooth, "--set", "e=0.1"]).assert_done();
+    let smooth = "sqrt(x^2+e^2)+sqrt(y^2+e^2)+sqrt(z^2+e^2)=1";
+    assert_fit_fails(&["abs(x)+abs(y)+abs(z)=1"], 1, &["smooth is sqrt(a^2 + e^2) in place of abs(a)"]);
+    Folder::new().run(&["fit", smooth, "--set", "e=0.1"]).assert_done();
+}
+
+#[test]
+fn missing_files_are_named_once() {
+    for (arguments, name) in [(&["no.obj"][..], "no.obj"), (&["sphere", "--base", "no.off"], "no.off")] {
+        let folder = Folder::new();
+        let run = folder.run(&[&["fit"], arguments].concat());
+        run.assert_fails(1, &[name]);
+        assert_eq!(run.stderr.matches(name).count(), 1, "{}", run.stderr);
+    }
+    assert_fit_fails(&["part.dwg"], 1, &["part.dwg", "no such file"]);
 }
 
 #[test]

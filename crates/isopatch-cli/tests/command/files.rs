@@ -1,6 +1,6 @@
 //! The files that come out.
 
-use super::{Folder, model, report};
+use super::{Folder, Run, model, report};
 use serde_json::Value;
 use std::fs;
 
@@ -125,4 +125,60 @@ fn a_box_that_cuts_the_surface_leaves_an_open_one() {
     assert_eq!((&report["base"]["boundary_loops"], &report["base"]["euler"]), (&1.into(), &1.into()));
     assert_eq!(report["surface"]["certified"]["topology"], true);
     assert_eq!(report["bounds"][1][0].as_f64(), Some(0.5));
+}
+
+#[test]
+fn files_for_solids_that_hold_open_shells_are_named() {
+    let folder = Folder::new();
+    let line = ["fit", "x^2+y^2-1", "--box=-2,2,-2,2,-1,1", "--faces", "30"];
+    let run = folder.run(&[&line[..], &["-o", "a.step", "-o", "a.glb", "-o", "a.isopatch"]].concat());
+    run.assert_done();
+    assert!(run.stdout.contains("open shell instead of a solid at a.step: the box cuts"), "{}", run.stdout);
+    let run = folder.run(&["convert", "a.isopatch", "b.step", "b.stl", "b.obj"]);
+    assert_eq!(run.status, Some(0));
+    assert!(run.stderr.starts_with("warning: b.step, b.stl: open shell"), "{}", run.stderr);
+    // Sheets that cross end in each other, not in the open.
+    let run = folder.run(&["fit", "steiner", "--method", "rational", "--faces", "100", "-o", "c.step"]);
+    run.assert_done();
+    assert!(!run.stdout.contains("open shell"), "{}", run.stdout);
+}
+
+#[test]
+fn step_files_tell_the_time_of_the_environment() {
+    let folder = Folder::new();
+    let made = |time: Option<&str>| {
+        let mut command = folder.command(&["fit", "x^2+y^2+z^2=1", "--faces", "30", "-o", "a.step"]);
+        command.env_remove("SOURCE_DATE_EPOCH");
+        if let Some(time) = time {
+            command.env("SOURCE_DATE_EPOCH", time);
+        }
+        Run::new(command.output().unwrap())
+    };
+    for (time, stamp) in [(None, "'2000-01-01T00:00:00'"), (Some("1735689599"), "'2024-12-31T23:59:59'")] {
+        made(time).assert_done();
+        assert!(fs::read_to_string(folder.path("a.step")).unwrap().contains(stamp), "{stamp}");
+    }
+    made(Some("today")).assert_fails(2, &["SOURCE_DATE_EPOCH=today", "whole number of seconds"]);
+}
+
+#[test]
+fn units_are_changed_by_a_conversion() {
+    let folder = Folder::new();
+    folder.run(&["fit", "x^2+y^2+z^2=1", "--faces", "30", "-o", "a.isopatch"]).assert_done();
+    folder.run(&["convert", "a.isopatch", "b.step", "b.isopatch", "--unit", "in"]).assert_done();
+    assert!(fs::read_to_string(folder.path("b.step")).unwrap().contains("'INCH'"));
+    assert!(folder.run(&["inspect", "b.isopatch"]).stdout.contains(" in³"));
+}
+
+#[test]
+fn a_run_without_outputs_says_that_nothing_was_written() {
+    let folder = Folder::new();
+    let run = folder.run(&["fit", "x^2+y^2+z^2=1", "--faces", "30"]);
+    run.assert_done();
+    assert!(
+        run.stdout.contains("30 of degree 7") && run.stdout.contains("nothing was written"),
+        "{}",
+        run.stdout
+    );
+    folder.assert_untouched();
 }

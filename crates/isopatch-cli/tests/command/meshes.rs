@@ -39,6 +39,12 @@ fn a_mesh_becomes_every_kind_of_file() {
     {
         assert!(run.stdout.contains(word), "\"{word}\" is not in: {}", run.stdout);
     }
+    let unchecked = folder.run(&["fit", &torus]);
+    assert!(unchecked.stdout.contains("not checked for self-intersections"), "{}", unchecked.stdout);
+    let (to_step, spline) =
+        (["convert", "a.isopatch", "b.step"], "a STEP file can't hold A-patches; isopatch fit");
+    folder.run(&to_step).assert_fails(2, &["b.step", spline, "torus-20x10.off"]);
+    folder.run(&["convert", "a.off", "b.step"]).assert_fails(1, &["a.off is a mesh", "isopatch fit"]);
     let obj = fs::read_to_string(folder.path("a.obj")).unwrap();
     // A patch over an edge is a lens: 3 intervals along it are 2 triangles at the ends and 2 between them.
     assert_eq!(obj.lines().filter(|line| line.starts_with("f ")).count(), 400 * 9 + 600 * 4);
@@ -293,7 +299,7 @@ const NASTY: [(&str, Result<&str, &str>); 13] = [
     ("nasty_holes25", Ok("vertices split: 6")),
     ("nasty_nan_vertex", Err("vertex 5 has a coordinate that is not a finite number")),
     ("nasty_noise1pct", Ok("creases added")),
-    ("nasty_nonmanifold_fin", Ok("sheets taken apart at edges: 1")),
+    ("nasty_nonmanifold_fin", Ok("sheets taken apart at edges: 1 at edge")),
     ("nasty_polygon_soup", Ok("vertices welded: 1587")),
     ("nasty_self_intersecting", Ok("")),
 ];

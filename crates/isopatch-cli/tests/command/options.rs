@@ -21,7 +21,7 @@ fn boxes_that_are_reversed_or_flat_are_refused() {
 
 #[test]
 fn numbers_out_of_range_are_refused() {
-    for tolerance in ["0", "-1e-3", "nan", "inf", "small"] {
+    for tolerance in ["0", "-1e-3", "nan", "inf", "small", "1e-20"] {
         assert_fit_fails(&["sphere", "--tol", tolerance], 2, &["--tol", tolerance]);
     }
     for faces in ["0", "-80", "8.5", "99999999999"] {

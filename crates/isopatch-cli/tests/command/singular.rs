@@ -32,7 +32,7 @@ fn nodes_of_a_gallery_surface_are_a_table() {
     run.assert_done();
     assert!(run.stdout.starts_with("4 isolated singular points\n"), "{}", run.stdout);
     assert_eq!(run.stdout.matches("node        multiplicity 1    exact").count(), 4, "{}", run.stdout);
-    assert!(run.stdout.contains("1 connected components"));
+    assert!(run.stdout.contains("1 connected component;"));
     let smooth = Folder::new().run(&["singular", "clebsch"]);
     smooth.assert_done();
     assert!(smooth.stdout.starts_with("No singular point in the box.\n"));
@@ -147,7 +147,7 @@ fn isolated_points_are_in_the_files_that_can_hold_them() {
     let run = folder.run(&["fit", formula, "--box", "-2,2,-2,2,-2,2", "-o", "a.obj", "-o", "a.off"]);
     run.assert_done();
     assert!(
-        run.stdout.contains("1 isolated points and 0 curves without sheets left out at a.off"),
+        run.stdout.contains("1 isolated point and 0 curves without sheets left out at a.off"),
         "{}",
         run.stdout
     );

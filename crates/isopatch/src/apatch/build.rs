@@ -38,7 +38,8 @@ const ABOVE_BOUND: f64 = 1.0 + 1e-6;
 ///
 /// With robust apexes, the hull is changed where a patch turns over with the default free parameters, see [`Hull::relieved`]; where
 /// that does not help although the mesh was refined, or vertices became corners all the same, it is also made without refinement,
-/// and kept so if that has no more corners, see [`Hull::unrefined`].
+/// and kept so if that has no more corners, see [`Hull::unrefined`]. Where corners are left at vertices that a direction sees, it is
+/// made for a mesh that is rounded there, and kept so if that has fewer, see [`Hull::rounded`].
 pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let (mut function, left) = unfolded(hull, options);
     let cuts = |hull: &Hull| (hull.corners().len(), hull.added_creases().len());
@@ -50,6 +51,13 @@ pub fn build(hull: Hull, options: &APatchOptions) -> APatchFunction {
         if !left.is_empty() || cuts(&plain.hull) <= cuts(&function.hull) {
             function = plain;
         }
+    }
+    if avoidable(&function.hull) {
+        let corners = function.hull.corners().len();
+        let mut rounded = function.hull.rounded().map(|hull| unfolded(hull, options));
+        let better = rounded.find(|(round, left)| left.is_empty() && round.hull.corners().len() < corners);
+        drop(rounded);
+        function = better.map_or(function, |(round, _)| round);
     }
     function.with_free(&options.free)
 }

@@ -94,7 +94,11 @@ pub enum BaseError {
     #[error("the surface is unbounded, or could not be shown to be bounded: give a box")]
     Unbounded,
     /// ∇f = 0 on the surface.
-    #[error("the surface is singular: the gradient vanishes at {}", show(.at))]
+    #[error(
+        "the surface is singular: the gradient vanishes at {}; --method rational takes a polynomial with such points, and of other formulas \
+         another --level may have none",
+        show(.at)
+    )]
     Singular {
         /// Where.
         at: Point3,
@@ -117,11 +121,13 @@ pub enum BaseError {
         euler: [i64; 2],
     },
     /// Fewer faces were asked for than the topology (or a valid surface) takes.
-    #[error("{asked} faces are too few for this surface: the least that works is {least}")]
+    #[error(
+        "{asked} faces are too few for this surface: {least} worked, and a tolerance (--tol) may do with fewer"
+    )]
     TooFewFaces {
         /// The number asked for.
         asked: usize,
-        /// The least that works.
+        /// A number that worked, of those that were tried.
         least: usize,
     },
     /// No spline surface exists over this mesh: a corner is not convex in the tangent plane.
@@ -159,9 +165,10 @@ pub enum BaseError {
     Mesh(#[from] crate::mesh::MeshError),
 }
 
-/// Coordinates for a message.
+/// Coordinates for a message, without the sign of a zero.
 fn show(p: &Point3) -> String {
-    format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z)
+    let rounded = p.map(|x| (x * 1e6).round() / 1e6 + 0.0);
+    format!("({:.6}, {:.6}, {:.6})", rounded.x, rounded.y, rounded.z)
 }
 
 fn list(points: &[Point3]) -> String {

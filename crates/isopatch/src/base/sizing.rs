@@ -53,11 +53,14 @@ const GRADATION_SWEEPS: usize = 12;
 
 /// Lowers lengths until neighbours differ by at most `gradation` times their distance.
 pub(super) fn limit_gradation(mesh: &Connectivity, x: &[Point3], gradation: f64, size: &mut [f64]) {
+    let step = |h: u32| {
+        let (a, b) = (mesh.origin(h) as usize, mesh.dest(h) as usize);
+        (a, b, gradation * (x[a] - x[b]).norm())
+    };
+    let steps: Vec<(usize, usize, f64)> = mesh.edges().map(step).collect();
     for _ in 0..GRADATION_SWEEPS {
         let mut changed = false;
-        for h in mesh.edges() {
-            let (a, b) = (mesh.origin(h) as usize, mesh.dest(h) as usize);
-            let step = gradation * (x[a] - x[b]).norm();
+        for &(a, b, step) in &steps {
             if size[a] > size[b] + step {
                 size[a] = size[b] + step;
                 changed = true;

@@ -25,7 +25,20 @@ impl fmt::Display for Kink {
             "power" => "its base is zero",
             _ => "its argument is zero",
         };
-        write!(out, "{} at column {}: {reason}", self.function, self.span.column)
+        write!(out, "{} at column {}: {reason}; {}", self.function, self.span.column, self.smooth())
+    }
+}
+
+impl Kink {
+    /// What has no kink, in the words of a formula.
+    fn smooth(&self) -> &'static str {
+        match self.function {
+            "max" => "smooth is (a + b + sqrt((a - b)^2 + e^2))/2 in place of max(a, b), with a small e",
+            "min" => "smooth is (a + b - sqrt((a - b)^2 + e^2))/2 in place of min(a, b), with a small e",
+            "abs" => "smooth is sqrt(a^2 + e^2) in place of abs(a), with a small e",
+            "sqrt" => "smooth is the equation squared, or sqrt(a + e^2) in place of sqrt(a), with a small e",
+            _ => "smooth is (a^2 + e^2)^(p/2) in place of a^p, with a small e",
+        }
     }
 }
 

@@ -35,10 +35,10 @@ pub enum FormulaErrorKind {
         limit: usize,
     },
     /// A character that means nothing.
-    #[error("unknown symbol {0:?}")]
+    #[error("unknown symbol {}", of_symbol(*.0))]
     UnknownSymbol(char),
     /// A name that is no variable, function or constant.
-    #[error("unknown name \"{name}\"{}", hint(suggestion))]
+    #[error("unknown name \"{name}\"{}", hint(name, suggestion))]
     UnknownName {
         /// The name.
         name: String,
@@ -84,8 +84,20 @@ pub enum FormulaErrorKind {
     MisplacedEquals,
 }
 
-fn hint(suggestion: &Option<String>) -> String {
-    suggestion.as_ref().map(|name| format!("; did you mean \"{name}\"?")).unwrap_or_default()
+/// A symbol, and what to write instead of it.
+fn of_symbol(symbol: char) -> String {
+    let instead = match symbol {
+        '<' | '>' | '≤' | '≥' => ": write =, the solid is where the left side is less",
+        _ => "",
+    };
+    format!("{symbol:?}{instead}")
+}
+
+fn hint(name: &str, suggestion: &Option<String>) -> String {
+    match suggestion {
+        Some(known) => format!("; did you mean \"{known}\"?"),
+        None => format!("; --set {name}=VALUE makes it a number"),
+    }
 }
 
 /// An error before the text is attached to it.
@@ -101,6 +113,16 @@ const EXCERPT: usize = 72;
 impl Problem {
     pub(super) fn new(kind: FormulaErrorKind, span: Span) -> Self {
         Self { kind, span }
+    }
+
+    /// An equals sign in a parenthesis that is never closed is no fault of the sign.
+    pub(super) fn or_unmatched(self, open: Option<Span>) -> Self {
+        match (&self.kind, open) {
+            (FormulaErrorKind::MisplacedEquals, Some(open)) if open.column < self.span.column => {
+                Self::new(FormulaErrorKind::UnmatchedOpen, open)
+            }
+            _ => self,
+        }
     }
 
     pub(super) fn in_text(self, text: &str) -> FormulaError {

@@ -51,18 +51,31 @@ pub(super) fn parse(
         after_operand: false,
         text,
     };
-    let mut tokens = tokens.iter().peekable();
-    while let Some(token) = tokens.next() {
+    let mut rest = tokens.iter().peekable();
+    while let Some(token) = rest.next() {
         if let TokenKind::Function(function) = token.kind {
-            let open = tokens.next_if(|next| next.kind == TokenKind::Open).ok_or_else(|| {
+            let open = rest.next_if(|next| next.kind == TokenKind::Open).ok_or_else(|| {
                 Problem::new(FormulaErrorKind::FunctionWithoutParenthesis(function.name()), token.span)
             })?;
             parser.call(function, token.span, open.span)?;
         } else {
-            parser.token(token)?;
+            parser.token(token).map_err(|problem| problem.or_unmatched(unmatched_open(tokens)))?;
         }
     }
     parser.finish()
+}
+
+/// The last opening parenthesis that is never closed.
+fn unmatched_open(tokens: &[Token]) -> Option<Span> {
+    let mut open = Vec::new();
+    for token in tokens {
+        match token.kind {
+            TokenKind::Open => open.push(token.span),
+            TokenKind::Close => drop(open.pop()),
+            _ => {}
+        }
+    }
+    open.pop()
 }
 
 struct Parser<'a> {

@@ -365,8 +365,20 @@ impl<'a> Builder<'a> {
         self.check_edges(&edges);
     }
 
+    /// Keeps the mesh as it was given, if it is none with other faces already.
+    pub fn keep_given(&mut self) {
+        if self.refinement.given.is_some() {
+            return;
+        }
+        let mut given = self.data.clone();
+        self.data.mesh().half_edges().for_each(|h| given.set_gradient(h, self.given[h.index()]));
+        self.added_creases.iter().for_each(|crease| given.set_crease(crease.edge, false));
+        self.refinement.given = Some(Arc::new(given));
+    }
+
     /// Cuts off the corners of the faces at some vertices, which changes no shape. What was there before can't be rolled back to.
     pub fn refine(&mut self, vertices: &[VertexId]) -> bool {
+        self.keep_given();
         let Some(refined) = refine::cut_corners(&self.data, vertices, self.refinement.way) else {
             return false;
         };
@@ -401,12 +413,6 @@ impl<'a> Builder<'a> {
         let mut reliefs = std::mem::take(&mut self.reliefs);
         reliefs.forget(&|f| is_new[f.index()]);
         let mut refinement = std::mem::take(&mut self.refinement);
-        if refinement.given.is_none() {
-            let mut original = self.data.clone();
-            old.half_edges().for_each(|h| original.set_gradient(h, self.given[h.index()]));
-            self.added_creases.iter().for_each(|crease| original.set_crease(crease.edge, false));
-            refinement.given = Some(Arc::new(original));
-        }
         refinement.extend(vertices, &face_source, &vertex_source, old.vertex_count());
         let builder = Self::with_faces(data, faces, given, self.options);
         *self = Self {

@@ -34,6 +34,7 @@ mod refine;
 mod relax;
 mod relief;
 mod repair;
+mod round;
 mod shear;
 mod simplicial_hull;
 pub mod tetrahedron;

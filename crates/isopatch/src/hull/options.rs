@@ -51,6 +51,9 @@ pub struct RobustApexes {
     pub repairs: usize,
     /// Make creases and corners where nothing else helps, until no problem remains; default true.
     pub corners: bool,
+    /// Put new vertices off the mesh around vertices that became corners because they hardly see the faces around them, see
+    /// [`Hull::rounded`](super::Hull::rounded); default true.
+    pub rounding: bool,
 }
 
 impl Default for RobustApexes {
@@ -64,6 +67,7 @@ impl Default for RobustApexes {
             raises: 12,
             repairs: 3,
             corners: true,
+            rounding: true,
         }
     }
 }
@@ -80,5 +84,15 @@ pub struct HullOptions {
 impl Default for HullOptions {
     fn default() -> Self {
         Self { rule: ApexRule::Robust(RobustApexes::default()), margin: Margin::Relative(0.05) }
+    }
+}
+
+impl HullOptions {
+    /// The same, but every face stays in one of the mesh.
+    pub fn without_rounding(mut self) -> Self {
+        if let ApexRule::Robust(rule) = &mut self.rule {
+            rule.rounding = false;
+        }
+        self
     }
 }

@@ -60,7 +60,7 @@ const FARTHEST: f64 = 1.0 / 3.0;
 const NEAREST: f64 = 1e-3;
 
 /// Best product with the normals of the faces at a vertex below which its edges are not all cut at the same part.
-const HARDLY_SEEN: f64 = 0.1;
+pub(super) const HARDLY_SEEN: f64 = 0.1;
 
 /// Sine of the angle between an edge and the tangent plane from which on it is steep.
 const STEEP: f64 = 0.5;
@@ -287,7 +287,8 @@ impl Pieces {
 const ROUNDS: usize = 8;
 
 /// Best product with the normals of the faces at a vertex up to which it counts as seen from nowhere: cells over faces that are seen at
-/// less than a degree are so thin that their patches turn over, whatever is done (tried on a hand and a pig, at 7e-4 to 0.019).
+/// less than a degree are so thin that their patches turn over, whatever is done in the planes of the faces (tried on a hand and a
+/// pig, at 7e-4 to 0.019). Rounding changes them.
 const LEAST_SEEN: f64 = 0.02;
 
 /// Most times that corners are cut off at one vertex.
@@ -296,6 +297,9 @@ const MOST_CUTS: usize = 4;
 /// Refines around vertices at fault in the first way after which nothing is at fault any more, or else in the one with the fewest
 /// corners and creases, which may be none at all.
 pub(super) fn refine_or_cut(builder: &mut Builder<'_>, rule: &RobustApexes) {
+    if builder.score.0 > 0 {
+        builder.keep_given();
+    }
     let mut best: Option<Builder<'_>> = None;
     let count = |builder: &Builder<'_>| builder.corners.len() + builder.added_creases.len();
     for way in WAYS.into_iter().map(Some).chain([None]) {
@@ -371,10 +375,13 @@ pub(super) struct Refinement {
     pub cuts: BTreeMap<VertexId, usize>,
     /// Is nothing to be refined, because it was in vain?
     pub is_off: bool,
-    /// The given mesh, if anything was refined.
+    /// The given mesh, if anything was at fault in it.
     pub given: Option<Arc<HermiteMesh>>,
     /// Number of vertices in the given mesh.
     pub given_vertices: usize,
+    /// Vertices that were rounded before, in order, and how far new vertices around them are from their edges.
+    pub rounded: Vec<VertexId>,
+    pub farthest: f64,
 }
 
 impl Refinement {

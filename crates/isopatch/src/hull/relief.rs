@@ -54,7 +54,7 @@ const HIGHEST: f64 = 100.0;
 impl Hull {
     /// The hull of the given mesh as it is without refinement; none if nothing was refined.
     pub fn unrefined(&self) -> Option<Self> {
-        let given = self.refinement.given.as_ref()?;
+        let given = self.refinement.given.as_ref().filter(|_| !self.refinement.faces.is_empty())?;
         let refinement = Refinement { is_off: true, ..Refinement::default() };
         Some(built(given.as_ref().clone(), &self.options, refinement))
     }
@@ -107,7 +107,7 @@ fn relieve(
             continue;
         }
         let (before, mark) = (builder.score, builder.mark());
-        let refined = !builder.refinement.vertices.is_empty();
+        let refined = !builder.refinement.faces.is_empty();
         let low = |f: &FaceId| {
             let frame = builder.frame(*f);
             let longest = (0..3).map(|k| (frame.p[(k + 1) % 3] - frame.p[k]).norm()).fold(0.0, f64::max);

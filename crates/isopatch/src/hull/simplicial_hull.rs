@@ -154,6 +154,19 @@ impl Hull {
         &self.refinement.vertices
     }
 
+    /// Vertices of the given mesh that were rounded, in order: faces around them were cut, and the new vertices put off the mesh so that
+    /// all see their faces well, because no smooth hull was found without.
+    ///
+    /// Numbers are as for [`Hull::refined_vertices`].
+    pub fn rounded_vertices(&self) -> &[VertexId] {
+        &self.refinement.rounded
+    }
+
+    /// Largest distance of a new vertex around rounded ones from the edge of the given mesh on which it was cut.
+    pub fn rounded_distance(&self) -> f64 {
+        self.refinement.farthest
+    }
+
     /// The face of the given mesh in which a face lies.
     pub fn source_face(&self, f: FaceId) -> FaceId {
         self.refinement.face(f)
@@ -172,7 +185,7 @@ impl Hull {
         self.refinement.edge_of([mesh.origin(h), mesh.dest(h)])
     }
 
-    /// How many faces refinement added.
+    /// How many faces refinement and rounding added.
     pub fn added_faces(&self) -> usize {
         self.refinement.added_faces()
     }

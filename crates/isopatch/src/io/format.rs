@@ -29,9 +29,8 @@ pub enum Format {
 
 /// A file name whose ending names no format.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{file}: unknown ending {ending}; the endings are {}", Format::endings())]
+#[error("unknown ending {ending}; the endings are {}", Format::endings())]
 pub struct UnknownFormat {
-    file: String,
     ending: String,
 }
 
@@ -56,7 +55,6 @@ impl Format {
         let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         let known = |(name, _): &&(&str, Self)| Some(*name) == ending.as_deref();
         Self::ENDINGS.iter().find(known).map(|(_, format)| *format).ok_or_else(|| UnknownFormat {
-            file: path.display().to_string(),
             ending: ending.as_ref().map_or("(none)".to_owned(), |e| format!(".{e}")),
         })
     }
@@ -86,7 +84,7 @@ mod tests {
     fn unknown_endings_are_named_with_the_known_ones() {
         let message = Format::of(Path::new("x.dwg")).unwrap_err().to_string();
         let known = ".step .stp .vtu .msh .glb .3mf .obj .off .ply .stl .png .isopatch";
-        assert_eq!(message, format!("x.dwg: unknown ending .dwg; the endings are {known}"));
+        assert_eq!(message, format!("unknown ending .dwg; the endings are {known}"));
         assert!(Format::of(Path::new("step")).unwrap_err().to_string().contains("(none)"));
     }
 }

@@ -96,7 +96,9 @@ impl RepairKind {
             Self::FlatFace => "their corners lie on a line",
             Self::FlatFaceStitched => "their corners lie on a line, and a T-junction would be left",
             Self::FlatFaceKept => "their corners lie on a line, but without them there would be a slit",
-            Self::CutEdge => "more than two faces meet there",
+            Self::CutEdge => {
+                "more than two faces meet there; all are kept, so that a fin becomes an open sheet"
+            }
             Self::TornEdge => "the faces on both sides can't be oriented alike",
             Self::SplitVertex => "the faces around them form more than one fan",
             Self::FlippedFace => "they are oriented against their neighbours",

@@ -84,7 +84,7 @@ pub enum AlgebraicError {
         least: usize,
     },
     /// The box holds no sheet of the surface.
-    #[error("there is no sheet of the surface in the box")]
+    #[error("no surface in the box, only points or curves at most: isopatch singular lists them")]
     Empty,
 }
 

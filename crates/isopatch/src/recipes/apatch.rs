@@ -297,11 +297,18 @@ fn problems(function: &APatchFunction, sources: &Sources) -> Vec<Repair> {
         "faces around them were cut, in their planes, into {} more, which leaves room for smooth patches",
         hull.added_faces()
     );
+    let rounded: Vec<Place> = hull.rounded_vertices().iter().map(|v| sources.of_vertex(*v)).collect();
+    let off = format!(
+        "faces around them were cut, and new vertices put up to {:.1e} of the diagonal off the edges, so that all \
+         see their faces",
+        hull.rounded_distance() / hull.data().diagonal()
+    );
     let moved: Vec<Place> = hull.moved_normals().iter().map(|v| at_vertex(*v)).collect();
     let added: Vec<Place> = hull.added_creases().iter().map(|c| at_edge(c.edge)).collect();
     let corners: Vec<Place> = hull.corners().iter().map(|c| at_vertex(c.vertex)).collect();
     let changes = [
         ("vertices refined", refined, cut.as_str()),
+        ("vertices rounded", rounded, off.as_str()),
         ("normals moved", moved, "they did not see the faces around them, or left no room for an apex"),
         ("creases added", added, "without them there is no valid surface"),
         ("corners made", corners, "no single normal sees all faces around them, or leaves room for an apex"),

@@ -8,7 +8,7 @@ use crate::geom::{Aabb, Point3, Vec3};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Defect {
     /// The formula has a kink on the surface.
-    #[error("the formula is not differentiable on its surface, near ({:.4}, {:.4}, {:.4}): {kink}", at.x, at.y, at.z)]
+    #[error("the formula is not differentiable on its surface, near {}: {kink}", show(at))]
     Kink {
         /// A point of the surface beside the kink.
         at: Point3,
@@ -16,13 +16,19 @@ pub enum Defect {
         kink: Kink,
     },
     /// The formula has no value beside the surface.
-    #[error("the formula has no value at ({:.4}, {:.4}, {:.4}): {error}", at.x, at.y, at.z)]
+    #[error("the formula has no value at {}: {error}", show(at))]
     Domain {
         /// Where.
         at: Point3,
         /// Which operation, and its column.
         error: DomainError,
     },
+}
+
+/// Coordinates for a message, without the sign of a zero.
+fn show(p: &Point3) -> String {
+    let rounded = p.map(|x| (x * 1e4).round() / 1e4 + 0.0);
+    format!("({:.4}, {:.4}, {:.4})", rounded.x, rounded.y, rounded.z)
 }
 
 /// A kink is looked for on edges that start within this many of their lengths of one: the first-order distance may be off by a factor

@@ -15,7 +15,8 @@
 //! [`algebraic`] is Bajaj & Xu 1997: rational patches over an algebraic surface with singularities; [`rational`] makes them through the
 //! vertices of a mesh.
 //!
-//! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there.
+//! [`find_defect`] names a place where a formula has a kink on its surface: no smooth surface could be made there. [`touching`] tells
+//! formulas that never change their sign, which have no surface.
 
 pub mod adapt;
 pub mod algebraic;
@@ -36,9 +37,11 @@ mod rounds;
 pub mod singular;
 pub mod singular_apatch;
 pub mod spline;
+mod touching;
 mod triangulated;
 
 pub use differentiable::{Defect, find_defect};
+pub use touching::{Touching, touching};
 pub use triangulated::TriangulationError;
 
 #[cfg(test)]

@@ -92,7 +92,9 @@ pub enum SingularRecipeError {
     NotAPolynomial,
     /// Nothing of dimension 2.
     #[error(
-        "no surface in the box, only {points} isolated points and {curves} curves without sheets: isopatch singular lists them"
+        "no surface in the box, only {points} isolated point{} and {curves} curve{} without sheets: isopatch singular lists them",
+        if *.points == 1 { "" } else { "s" },
+        if *.curves == 1 { "" } else { "s" }
     )]
     NoSheets {
         /// Isolated points.

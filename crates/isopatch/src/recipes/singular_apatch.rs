@@ -60,6 +60,8 @@ pub fn over_conforming(
     patch_options: &APatchOptions,
     progress: &dyn Fn(&str),
 ) -> Result<SingularAPatches, SingularAPatchError> {
+    // New vertices off the mesh would be off the zero set.
+    let hull_options = hull_options.without_rounding();
     let mut seconds = Seconds::default();
     progress("sheets");
     let solids = seconds.measure("sheets", || Solids::new(formula, mesh))?;
@@ -67,7 +69,7 @@ pub fn over_conforming(
     let (function, gap, parted) = loop {
         progress("hull");
         let data = solids.hermite(&straight)?;
-        let hull = seconds.measure("hull", || hull::build(data, hull_options));
+        let hull = seconds.measure("hull", || hull::build(data, &hull_options));
         progress("patches");
         let function = seconds.measure("patches", || apatch::build(hull, patch_options));
         let (gap, parted) = solids.gap(function.hull());

@@ -129,7 +129,7 @@ pub enum RecipeError {
     Spline(#[from] SplineError),
     /// Patches fold over, however the mesh was refined.
     #[error(
-        "{count} patches fold over, the first over face {face} near ({:.4}, {:.4}, {:.4}): more faces are needed",
+        "patches fold over: {count}, the first over face {face} near ({:.4}, {:.4}, {:.4}): more faces are needed",
         at.x, at.y, at.z
     )]
     Folded {

@@ -6,8 +6,13 @@ use crate::geom::Point3;
 
 const TOLERANCE: f64 = 1e-9;
 
-fn kink(text: &str, p: [f64; 3]) -> Option<String> {
+fn told(text: &str, p: [f64; 3]) -> Option<String> {
     formula(text).kink_near(Point3::from(p), TOLERANCE).map(|kink| kink.to_string())
+}
+
+/// Without the advice that follows.
+fn kink(text: &str, p: [f64; 3]) -> Option<String> {
+    told(text, p).and_then(|message| Some(message.split_once("; smooth is ")?.0.to_owned()))
 }
 
 fn failure(text: &str, p: [f64; 3]) -> Option<String> {
@@ -44,18 +49,32 @@ fn kinks_are_found_with_their_tokens() {
 }
 
 #[test]
+fn kinks_are_told_with_what_has_none() {
+    for (text, smooth) in [
+        ("min(x, y)", "(a + b - sqrt((a - b)^2 + e^2))/2 in place of min(a, b)"),
+        ("max(x, y)", "(a + b + sqrt((a - b)^2 + e^2))/2 in place of max(a, b)"),
+        ("z + abs(x)", "sqrt(a^2 + e^2) in place of abs(a)"),
+        ("z - sqrt(x^2+y^2)", "sqrt(a + e^2) in place of sqrt(a)"),
+        ("y + x^0.5", "(a^2 + e^2)^(p/2) in place of a^p"),
+    ] {
+        let message = told(text, [0.0; 3]).unwrap_or_default();
+        assert!(message.contains(smooth), "{text}: {message}");
+    }
+}
+
+#[test]
 fn smooth_places_are_not_kinks() {
-    assert_eq!(kink("x + min(y, z)", [0.3, 0.5, 0.5001]), None);
-    assert_eq!(kink("abs(x) + y", [1e-6, 0.5, 0.5]), None);
+    assert_eq!(told("x + min(y, z)", [0.3, 0.5, 0.5001]), None);
+    assert_eq!(told("abs(x) + y", [1e-6, 0.5, 0.5]), None);
     // The inner min is not the larger branch.
-    assert_eq!(kink("max(min(x, y), z)", [0.1, 0.1, 0.5]), None);
+    assert_eq!(told("max(min(x, y), z)", [0.1, 0.1, 0.5]), None);
     assert!(kink("max(min(x, y), z)", [0.1, 0.1, -0.5]).is_some());
     // |x|² and |x²| are smooth.
-    assert_eq!(kink("abs(x)^2 + y", [1e-12, 0.5, 0.5]), None);
-    assert_eq!(kink("abs(x^2) + y", [0.0, 0.5, 0.5]), None);
-    assert_eq!(kink("min(x, x) + y", [0.2, 0.5, 0.5]), None);
-    assert_eq!(kink(TORUS, [6.0, 0.0, 0.0]), None);
-    assert_eq!(kink(DECOCUBE, [0.0, 0.0, 0.0]), None);
+    assert_eq!(told("abs(x)^2 + y", [1e-12, 0.5, 0.5]), None);
+    assert_eq!(told("abs(x^2) + y", [0.0, 0.5, 0.5]), None);
+    assert_eq!(told("min(x, x) + y", [0.2, 0.5, 0.5]), None);
+    assert_eq!(told(TORUS, [6.0, 0.0, 0.0]), None);
+    assert_eq!(told(DECOCUBE, [0.0, 0.0, 0.0]), None);
 }
 
 #[test]

@@ -79,16 +79,21 @@ fn errors_name_the_culprit_and_its_column() {
     for (text, column, message) in [
         ("", 1, "the formula is empty"),
         ("  ", 1, "the formula is empty"),
-        ("x + foo", 5, "unknown name \"foo\""),
-        ("4xyw", 4, "unknown name \"w\""),
+        ("x + foo", 5, "unknown name \"foo\"; --set foo=VALUE makes it a number"),
+        ("4xyw", 4, "unknown name \"w\"; --set w=VALUE makes it a number"),
         ("x + sine(y)", 5, "unknown name \"sine\"; did you mean \"sin\"?"),
         ("sqr(x)", 1, "unknown name \"sqr\"; did you mean \"sqrt\"?"),
         ("X^2", 1, "unknown name \"X\"; did you mean \"x\"?"),
         ("x # y", 3, "unknown symbol '#'"),
         ("x²?", 3, "unknown symbol '?'"),
+        ("x<1", 2, "unknown symbol '<': write =, the solid is where the left side is less"),
         ("(x+1", 1, "\"(\" without \")\""),
         ("x*(y+sin(z)", 3, "\"(\" without \")\""),
         ("sin(x", 4, "\"(\" without \")\""),
+        // An equals sign inside is not to blame if the parenthesis was to end before it.
+        ("(x^2+y^2 = 1", 1, "\"(\" without \")\""),
+        ("x+sin(y+(z) = 1", 6, "\"(\" without \")\""),
+        ("x = y = (z", 7, "\"=\" may stand only once, outside all parentheses"),
         ("x+1)", 4, "\")\" without \"(\""),
         ("x + * y", 5, "expected a number, a name or \"(\", found \"*\""),
         ("()", 2, "expected a number, a name or \"(\", found \")\""),
@@ -114,7 +119,8 @@ fn errors_name_the_culprit_and_its_column() {
 #[test]
 fn messages_show_the_place() {
     let error = Formula::parse("x^2 + foo*y - 1", &Constants::new()).expect_err("foo");
-    assert_eq!(error.to_string(), "column 7: unknown name \"foo\"\n  x^2 + foo*y - 1\n        ^^^");
+    let what = "unknown name \"foo\"; --set foo=VALUE makes it a number";
+    assert_eq!(error.to_string(), format!("column 7: {what}\n  x^2 + foo*y - 1\n        ^^^"));
     let long = format!("{} + ? + {}", "x+".repeat(100) + "x", "x+".repeat(100) + "x");
     let error = Formula::parse(&long, &Constants::new()).expect_err("?");
     let message = error.to_string();

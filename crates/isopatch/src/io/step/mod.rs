@@ -31,11 +31,14 @@ pub struct StepOptions {
     /// Distance under which readers may take points for equal, in millimetres whatever the unit. Positive and finite.
     /// Default 1e-7, the smallest that OpenCASCADE works with.
     pub uncertainty: f64,
+    /// Time that the header tells, in seconds since 1970 began (UTC). Default: the start of the year 2000, so that files with the
+    /// same content have the same bytes.
+    pub time: u64,
 }
 
 impl Default for StepOptions {
     fn default() -> Self {
-        Self { unit: Unit::Mm, name: "isopatch".to_owned(), uncertainty: 1e-7 }
+        Self { unit: Unit::Mm, name: "isopatch".to_owned(), uncertainty: 1e-7, time: product::YEAR_2000 }
     }
 }
 

@@ -7,19 +7,39 @@ use std::io::{self, Write};
 
 /// AP242 edition 1, "managed model-based 3D engineering".
 const SCHEMA: &str = "AP242_MANAGED_MODEL_BASED_3D_ENGINEERING_MIM_LF { 1 0 10303 442 1 1 4 }";
-/// Files with the same content have the same bytes, so the time of writing is not recorded.
-const TIME_STAMP: &str = "2000-01-01T00:00:00";
+/// The start of the year 2000, in seconds since 1970 began.
+pub const YEAR_2000: u64 = 946_684_800;
 
 /// Everything before the first entity.
 pub fn write_header(out: &mut impl Write, options: &StepOptions) -> io::Result<()> {
     let name = quoted(&options.name);
+    let time = time_stamp(options.time);
     let generator = concat!("isopatch ", env!("CARGO_PKG_VERSION"));
     write!(
         out,
         "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n\
-         FILE_NAME({name},'{TIME_STAMP}',(''),(''),'{generator}','{generator}','');\n\
+         FILE_NAME({name},'{time}',(''),(''),'{generator}','{generator}','');\n\
          FILE_SCHEMA(('{SCHEMA}'));\nENDSEC;\nDATA;\n"
     )
+}
+
+/// A time in seconds since 1970 began, as ISO 8601 has it.
+fn time_stamp(seconds: u64) -> String {
+    const DAY: u64 = 86_400;
+    // Years of the Gregorian calendar that begin in March, so that the leap day is the last; 400 of them are one period.
+    const PERIOD: u64 = 146_097;
+    const FROM_MARCH_OF_YEAR_0: u64 = 719_468;
+    let days = seconds / DAY + FROM_MARCH_OF_YEAR_0;
+    let day = days % PERIOD;
+    let year = (day - day / 1_460 + day / 36_524 - day / (PERIOD - 1)) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // Five months from March on have 153 days, and so have the next five.
+    let from_march = (5 * day + 2) / 153;
+    let day = day - (153 * from_march + 2) / 5 + 1;
+    let month = (from_march + 2) % 12 + 1;
+    let year = 400 * (days / PERIOD) + year + u64::from(month <= 2);
+    let (hour, minute, second) = (seconds % DAY / 3_600, seconds / 60 % 60, seconds % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}")
 }
 
 /// Gives entities consecutive numbers.
@@ -126,5 +146,19 @@ mod tests {
     #[test]
     fn strings_are_quoted() {
         assert_eq!(quoted("x^2-y'\\é\n"), r"'x^2-y''\\\X2\00E9\X0\\X2\000A\X0\'");
+    }
+
+    #[test]
+    fn times_are_days_of_the_calendar() {
+        for (seconds, stamp) in [
+            (0, "1970-01-01T00:00:00"),
+            (YEAR_2000, "2000-01-01T00:00:00"),
+            (951_782_400, "2000-02-29T00:00:00"),
+            (951_868_800, "2000-03-01T00:00:00"),
+            (1_735_689_599, "2024-12-31T23:59:59"),
+            (4_107_542_400, "2100-03-01T00:00:00"),
+        ] {
+            assert_eq!(time_stamp(seconds), stamp);
+        }
     }
 }
