@@ -91,6 +91,7 @@ const ROUNDS: usize = 40;
 
 /// The function on a hull as it is, with default free parameters.
 fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
+    let hull = hull.sharpened();
     let mesh = hull.data().mesh();
     let made: Vec<(FaceFunction, [Option<CellQuadric>; 2])> = (0..mesh.face_count())
         .into_par_iter()
@@ -113,7 +114,7 @@ fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
 }
 
 fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Option<CellQuadric>; 2]) {
-    let (mesh, frame, face) = (hull.data().mesh(), hull.face_frame(f), &hull.faces()[f.index()]);
+    let (mesh, frame, face) = (hull.data().mesh(), hull.face_frame(f).sharpened(), &hull.faces()[f.index()]);
     let mut half_edges = mesh.face_half_edges(f);
     // The faces beside a crease have gradients of their own there.
     let class = |h: HalfEdgeId| match mesh.edge(h) {
@@ -123,7 +124,7 @@ fn face_function(hull: &Hull, f: FaceId, rule: Layer2Rule) -> (FaceFunction, [Op
     let straight = [(); 3].map(|()| half_edges.next().is_some_and(|h| class(h) == Class::Zero));
     let base = Base::new(&frame, straight, face.class == Class::Nonconvex);
     let made = Side::BOTH.map(|side| {
-        let layer1 = frame.layer1(side, &face.apexes[side.index()]?);
+        let layer1 = frame.sharp_layer1(side, &face.apexes[side.index()]?);
         let quadric = CellQuadric::new(&frame, side, &layer1, rule);
         Some((FaceSide { layer1, q: quadric.towards_apex() }, quadric))
     });

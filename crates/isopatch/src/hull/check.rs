@@ -27,12 +27,21 @@ pub(super) fn made_edge(data: &HermiteMesh, faces: &[HullFace], e: EdgeId) -> Hu
     let [i, j] = [mesh.origin(h), mesh.dest(h)].map(|v| data.positions()[v.index()]);
     let [n_i, n_j] = [h, mesh.next(h)].map(|h| data.gradient(h));
     let class = Class::of_edge(bend(&i, &j, &n_i), bend(&j, &i, &n_j));
-    let Some([_, g]) = data.joint(e) else { return HullEdge { class, cells: [None; 2] } };
-    let [p_k, p_l] = [h, g].map(|h| data.positions()[mesh.origin(mesh.prev(h)).index()]);
-    let frame = EdgeFrame { p_i: i, p_j: j, p_k, p_l };
+    let Some(frame) = edge_frame(data, e) else { return HullEdge { class, cells: [None; 2] } };
     let cells = Side::BOTH.map(|side| {
         let [u_k, u_l] = class.reaches(side).then(|| apexes_beside(data, faces, e, side))??;
         Some(frame.cell(side, &u_k, &u_l))
     });
     HullEdge { class, cells }
+}
+
+/// An edge with the faces beside it; none where they do not join smoothly.
+pub(super) fn edge_frame(data: &HermiteMesh, e: EdgeId) -> Option<EdgeFrame> {
+    let mesh = data.mesh();
+    let h = mesh.edge_half_edge(e);
+    let [_, g] = data.joint(e)?;
+    let [p_i, p_j, p_k, p_l] =
+        [mesh.origin(h), mesh.dest(h), mesh.origin(mesh.prev(h)), mesh.origin(mesh.prev(g))]
+            .map(|v| data.positions()[v.index()]);
+    Some(EdgeFrame { p_i, p_j, p_k, p_l })
 }

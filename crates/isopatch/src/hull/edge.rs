@@ -2,8 +2,8 @@
 
 use super::class::Side;
 use super::problem::Reason;
-use super::tetrahedron::barycentric;
-use crate::geom::{Point3, Vec3};
+use super::tetrahedron;
+use crate::geom::{Mat3, Point3, Vec3};
 use std::f64::consts::PI;
 
 /// An edge from p_i to p_j with the face k on its left and the face l on its right.
@@ -30,13 +30,30 @@ pub struct EdgeCell {
     pub angle: f64,
 }
 
+/// Barycentric coordinates of x in a tetrahedron; not finite if that is flat. The search for a hull needs no more digits.
+fn barycentric(tetrahedron: [Point3; 4], x: &Point3) -> [f64; 4] {
+    let [a, b, c, d] = tetrahedron;
+    let inverse = Mat3::from_columns(&[b - a, c - a, d - a]).try_inverse();
+    let r = inverse.map_or(Vec3::repeat(f64::NAN), |inverse| inverse * (x - a));
+    [1.0 - r.sum(), r.x, r.y, r.z]
+}
+
 impl EdgeFrame {
     /// The cell between the apexes of the two faces.
     pub fn cell(&self, side: Side, u_k: &Point3, u_l: &Point3) -> EdgeCell {
         EdgeCell {
-            mu: barycentric(&[self.p_k, self.p_i, self.p_j, *u_k], u_l),
-            nu: barycentric(&[*u_l, self.p_i, self.p_j, self.p_l], u_k),
+            mu: barycentric([self.p_k, self.p_i, self.p_j, *u_k], u_l),
+            nu: barycentric([*u_l, self.p_i, self.p_j, self.p_l], u_k),
             angle: self.angle(side, u_k, u_l),
+        }
+    }
+
+    /// The same cell with coordinates that keep their digits where cells are thin.
+    pub(super) fn sharpened(&self, cell: &EdgeCell, u_k: &Point3, u_l: &Point3) -> EdgeCell {
+        EdgeCell {
+            mu: tetrahedron::barycentric(&[self.p_k, self.p_i, self.p_j, *u_k], u_l),
+            nu: tetrahedron::barycentric(&[*u_l, self.p_i, self.p_j, self.p_l], u_k),
+            angle: cell.angle,
         }
     }
 

@@ -70,8 +70,16 @@ impl FaceFrame {
         let longest = edges.iter().map(Vec3::norm).fold(0.0, f64::max);
         // Relative to corner 0, so that a face far from the origin loses nothing.
         let c = p[0] + (edges[0] - edges[2]) / 3.0;
-        let e = std::array::from_fn(|a| std::array::from_fn(|b| slope(&p[a], &p[b], &n[a]) / 3.0));
+        let e = std::array::from_fn(|a| std::array::from_fn(|b| (p[b] - p[a]).dot(&n[a]) / 3.0));
         Self { p, n, c, normal: area.normalize(), inner_radius: area.norm() / (3.0 * longest), e }
+    }
+
+    /// With coefficients e that are rounded once, as a function needs them over needles. The search for a hull has no use for
+    /// the digits.
+    pub fn sharpened(self) -> Self {
+        let (p, n) = (self.p, self.n);
+        let e = std::array::from_fn(|a| std::array::from_fn(|b| slope(&p[a], &p[b], &n[a]) / 3.0));
+        Self { e, ..self }
     }
 
     /// [e_ab, e_ba] of edge k.
@@ -94,8 +102,16 @@ impl FaceFrame {
 
     /// Layer 1 of the cell with the given apex.
     pub fn layer1(&self, side: Side, apex: &Point3) -> Layer1 {
+        self.layer1_from(side, apex, std::array::from_fn(|a| (apex - self.p[a]).dot(&self.n[a]) / 3.0))
+    }
+
+    /// The same for a function, see [`Self::sharpened`].
+    pub fn sharp_layer1(&self, side: Side, apex: &Point3) -> Layer1 {
+        self.layer1_from(side, apex, std::array::from_fn(|a| slope(&self.p[a], apex, &self.n[a]) / 3.0))
+    }
+
+    fn layer1_from(&self, side: Side, apex: &Point3, corner: [f64; 3]) -> Layer1 {
         let s = side.sign();
-        let corner: [f64; 3] = std::array::from_fn(|a| slope(&self.p[a], apex, &self.n[a]) / 3.0);
         let edge = std::array::from_fn(|k| self.over_edge(k, apex, [corner[k], corner[(k + 1) % 3]]));
         Layer1 { corner: corner.map(|f| s * f), edge: edge.map(|f| s * f) }
     }

@@ -1,5 +1,6 @@
 //! A finished hull: its faces and edges with their cells, and what does not fit.
 
+use super::check::edge_frame;
 use super::class::{Class, Side};
 use super::crease;
 use super::edge::EdgeCell;
@@ -222,6 +223,21 @@ impl Hull {
     /// Corners and gradients of a face.
     pub fn face_frame(&self, f: FaceId) -> FaceFrame {
         frame(&self.data, f)
+    }
+
+    /// The same hull with barycentric coordinates that keep their digits in thin cells, as a function on it needs them. The
+    /// search for a hull has no use for them.
+    pub fn sharpened(mut self) -> Self {
+        for e in 0..self.edges.len() {
+            let Some(frame) = edge_frame(&self.data, e.into()) else { continue };
+            for side in Side::BOTH {
+                let apexes = self.edge_apexes(e.into(), side);
+                if let (Some(cell), Some([u_k, u_l])) = (&mut self.edges[e].cells[side.index()], apexes) {
+                    *cell = frame.sharpened(cell, &u_k, &u_l);
+                }
+            }
+        }
+        self
     }
 
     /// Apexes of the left and the right face of an edge on a side, where it has a cell.
