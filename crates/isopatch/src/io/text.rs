@@ -59,19 +59,25 @@ pub fn write_items(
     count: usize,
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
+    let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
+        buffer.clear();
+        items.for_each(|item| format(item, buffer));
+    };
+    // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
+    // not depend on the number of threads.
+    let mut first = Vec::new();
+    fill(&mut first, 0..count.min(FIRST_ITEMS));
+    out.write_all(&first)?;
+    let items = (FIRST_ITEMS * BYTES_PER_BUFFER).div_ceil(first.len().max(FIRST_ITEMS));
     let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
-    let mut buffers = vec![Vec::new(); most.min(count.div_ceil(FIRST_ITEMS))];
-    let (mut start, mut items) = (0, FIRST_ITEMS);
-    while start < count {
-        let used = buffers.len().min((count - start).div_ceil(items));
+    let mut buffers = vec![first; most.min(count.saturating_sub(FIRST_ITEMS).div_ceil(items))];
+    for start in (FIRST_ITEMS..count).step_by(most * items) {
+        let used = most.min((count - start).div_ceil(items));
         buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
-            buffer.clear();
             let first = start + b * items;
-            (first..count.min(first + items)).for_each(|item| format(item, buffer));
+            fill(buffer, first..count.min(first + items));
         });
         buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
-        start += used * items;
-        items = (items * BYTES_PER_BUFFER).div_ceil(buffers[0].len().max(items));
     }
     Ok(())
 }
@@ -107,7 +113,7 @@ mod tests {
 
     #[test]
     fn items_come_in_order() {
-        let round = BUFFERS_PER_THREAD * rayon::current_num_threads() * FIRST_ITEMS;
+        let round = 2 * FIRST_ITEMS;
         for count in [0, 1, FIRST_ITEMS - 1, FIRST_ITEMS, FIRST_ITEMS + 1, round + 100, 100_000] {
             let mut text = Vec::new();
             write_items(&mut text, count, |i, b| {

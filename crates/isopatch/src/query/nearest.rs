@@ -14,10 +14,11 @@ const PARAMETER_ROUNDING: f64 = 1e-14;
 const DIFFERENCE: f64 = 1e-6;
 /// A step is taken if the squared distance falls by this part of what its slope promises; a parabola has a half.
 const SUFFICIENT_DECREASE: f64 = 0.1;
-/// Steps below this are in the reach of quadratic convergence, where the fall is lost in the rounding of the squared distance,
-/// relative to it as given here.
+/// Steps below this are in the reach of quadratic convergence, where the fall is lost in rounding: of the squared distance, relative
+/// to it, and of the points, relative to their coordinates.
 const TRUSTED: f64 = 1e-5;
 const FALL_ROUNDING: f64 = 1e-14;
+const POINT_ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// What makes the matrix of the model definite, each coordinate relative to the square of its own derivative: beside a side of a
 /// patch that has shrunk to a point, one derivative is as small as the distance to it.
 const REGULAR: f64 = 1e-10;
@@ -116,7 +117,9 @@ impl SurfaceQuery<'_> {
         let domain = self.surface.domain(patch);
         let slope = 2.0 * (model.g[0] * step[0] + model.g[1] * step[1]);
         let trusted = step[0].abs().max(step[1].abs()) < TRUSTED;
-        let rounding = if trusted { FALL_ROUNDING * squared } else { 0.0 };
+        let distance = squared.sqrt();
+        let of_points = POINT_ROUNDING * distance * (p.norm() + distance);
+        let rounding = if trusted { FALL_ROUNDING * squared + of_points } else { 0.0 };
         (0..MAX_TRIALS).find_map(|halvings| {
             let s = 0.5f64.powi(halvings as i32);
             let next = domain::clamped(domain, [uv[0] + s * step[0], uv[1] + s * step[1]]);
