@@ -6,7 +6,7 @@
 use super::index;
 use super::triangle::{self, BINOMIALS, MAX_DEGREE};
 use crate::geom::{Point3, PointsMut};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Parameters that are computed together: a vector of the widest machines.
 const LANES: usize = 8;
@@ -101,7 +101,61 @@ fn by_axis(net: &[Point3]) -> [[f64; NET_ROOM]; 3] {
 
 /// [`triangle::evaluate`] in lanes.
 #[inline(always)]
-fn evaluate(
+fn evaluate<S: Simd>(
+    simd: S,
+    n: usize,
+    net: &[[f64; NET_ROOM]; 3],
+    raised: &[[u8; 3]],
+    uvw: &[Lane; 3],
+    weights: &[Lane],
+) -> Found {
+    match S::F64_LANES {
+        1 => evaluate_narrow(n, net, raised, uvw, weights),
+        _ => evaluate_wide(simd, n, net, raised, uvw, weights),
+    }
+}
+
+/// With all nine sums of a vector at once, as each has to wait for itself.
+#[inline(always)]
+fn evaluate_wide<S: Simd>(
+    simd: S,
+    n: usize,
+    net: &[[f64; NET_ROOM]; 3],
+    raised: &[[u8; 3]],
+    uvw: &[Lane; 3],
+    weights: &[Lane],
+) -> Found {
+    let zero = [[0.0; LANES]; 3];
+    let mut found = Found { point: zero, du: zero, dv: zero };
+    let degree = simd.splat_f64s(n as f64);
+    for part in 0..LANES / S::F64_LANES {
+        let mut b = [[simd.splat_f64s(0.0); 3]; 3];
+        for (raised, weight) in raised.iter().zip(weights) {
+            let weight = S::as_simd_f64s(weight).0[part];
+            for corner in 0..3 {
+                let at = raised[corner] as usize % NET_ROOM;
+                for axis in 0..3 {
+                    let share = simd.mul_f64s(weight, simd.splat_f64s(net[axis][at]));
+                    b[axis][corner] = simd.add_f64s(b[axis][corner], share);
+                }
+            }
+        }
+        let [u, v, w] = [0, 1, 2].map(|c| S::as_simd_f64s(&uvw[c]).0[part]);
+        for axis in 0..3 {
+            let [to_u, to_v, to_w] = b[axis];
+            let beside = simd.add_f64s(simd.mul_f64s(u, to_u), simd.mul_f64s(v, to_v));
+            let put = |lane: &mut Lane, x: S::f64s| S::as_mut_simd_f64s(lane).0[part] = x;
+            put(&mut found.point[axis], simd.add_f64s(beside, simd.mul_f64s(w, to_w)));
+            put(&mut found.du[axis], simd.mul_f64s(degree, simd.sub_f64s(to_u, to_w)));
+            put(&mut found.dv[axis], simd.mul_f64s(degree, simd.sub_f64s(to_v, to_w)));
+        }
+    }
+    found
+}
+
+/// In loops that the compiler makes narrow vectors of, for machines without wide ones.
+#[inline(always)]
+fn evaluate_narrow(
     n: usize,
     net: &[[f64; NET_ROOM]; 3],
     raised: &[[u8; 3]],
@@ -139,8 +193,9 @@ fn normals(found: &Found) -> [Lane; 3] {
         let x = ay[i] * bz[i] - az[i] * by[i];
         let y = az[i] * bx[i] - ax[i] * bz[i];
         let z = ax[i] * by[i] - ay[i] * bx[i];
-        let length = (x * x + y * y + z * z).sqrt();
-        (n[0][i], n[1][i], n[2][i]) = (x / length, y / length, z / length);
+        // One division: it takes as long as ten products.
+        let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
+        (n[0][i], n[1][i], n[2][i]) = (x * inverse, y * inverse, z * inverse);
     }
     n
 }
@@ -150,8 +205,11 @@ fn normals(found: &Found) -> [Lane; 3] {
 fn put(out: &mut PointsMut<'_>, at: usize, lanes: &[Lane; 3]) {
     for (out, lane) in [&mut out.x, &mut out.y, &mut out.z].into_iter().zip(lanes) {
         let out = &mut out[at..];
-        let count = out.len().min(LANES);
-        out[..count].copy_from_slice(&lane[..count]);
+        // A copy of fixed length is an instruction, one of any length a call.
+        match out.first_chunk_mut::<LANES>() {
+            Some(out) => *out = *lane,
+            None => out.copy_from_slice(&lane[..out.len()]),
+        }
     }
 }
 
@@ -198,14 +256,14 @@ struct GridRun<'a, 'b> {
     out: TangentsMut<'b>,
 }
 
-impl NullaryFnOnce for GridRun<'_, '_> {
+impl WithSimd for GridRun<'_, '_> {
     type Output = ();
 
     #[inline(always)]
-    fn call(mut self) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         let net = by_axis(self.net);
         for (block, (uvw, weights)) in self.grid.blocks.iter().enumerate() {
-            let found = evaluate(self.grid.degree, &net, &self.grid.raised, uvw, weights);
+            let found = evaluate(simd, self.grid.degree, &net, &self.grid.raised, uvw, weights);
             let at = block * LANES;
             put(&mut self.out.points, at, &found.point);
             if let Some([du, dv]) = &mut self.out.derivatives {
@@ -240,11 +298,11 @@ struct FreeRun<'a, F> {
     each: F,
 }
 
-impl<F: FnMut(usize, triangle::Tangents, Point3)> NullaryFnOnce for FreeRun<'_, F> {
+impl<F: FnMut(usize, triangle::Tangents, Point3)> WithSimd for FreeRun<'_, F> {
     type Output = ();
 
     #[inline(always)]
-    fn call(mut self) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         let net = by_axis(self.net);
         let mut raised = [[0; 3]; MOST_WEIGHTS];
         let mut count = 0;
@@ -259,8 +317,14 @@ impl<F: FnMut(usize, triangle::Tangents, Point3)> NullaryFnOnce for FreeRun<'_, 
             let at = |i: usize| parameters[i.min(parameters.len() - 1)];
             let (u, v): (Lane, Lane) = (std::array::from_fn(|i| at(i)[0]), std::array::from_fn(|i| at(i)[1]));
             let uvw = [u, v, std::array::from_fn(|i| 1.0 - u[i] - v[i])];
-            let found =
-                evaluate(self.degree, &net, &raised[..count], &uvw, &weights(self.degree, &uvw)[..count]);
+            let found = evaluate(
+                simd,
+                self.degree,
+                &net,
+                &raised[..count],
+                &uvw,
+                &weights(self.degree, &uvw)[..count],
+            );
             let normals = normals(&found);
             for i in 0..parameters.len() {
                 let of = |lanes: &[Lane; 3]| Point3::new(lanes[0][i], lanes[1][i], lanes[2][i]);
