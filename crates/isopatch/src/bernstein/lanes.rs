@@ -42,7 +42,24 @@ pub struct TriangleGrid {
     degree: usize,
     count: usize,
     raised: Vec<[u8; 3]>,
-    blocks: Vec<([Lane; 3], Vec<Lane>)>,
+    blocks: Vec<Block>,
+}
+
+/// Parameters of a grid that are computed together.
+struct Block {
+    /// The first of them. The last block of a grid begins early enough to be full: stores of a whole lane are one instruction.
+    at: usize,
+    uvw: [Lane; 3],
+    weights: Vec<Lane>,
+}
+
+/// A patch of degree n, ready for many parameters.
+#[derive(Clone, Copy)]
+struct Patch<'a> {
+    n: usize,
+    net: &'a [[f64; NET_ROOM]; 3],
+    /// As [`raised`] gives them.
+    raised: &'a [[u8; 3]],
 }
 
 /// Barycentric coordinates of up to [`LANES`] parameters, the last one repeated.
@@ -101,30 +118,17 @@ fn by_axis(net: &[Point3]) -> [[f64; NET_ROOM]; 3] {
 
 /// [`triangle::evaluate`] in lanes.
 #[inline(always)]
-fn evaluate<S: Simd>(
-    simd: S,
-    n: usize,
-    net: &[[f64; NET_ROOM]; 3],
-    raised: &[[u8; 3]],
-    uvw: &[Lane; 3],
-    weights: &[Lane],
-) -> Found {
+fn evaluate<S: Simd>(simd: S, patch: Patch<'_>, uvw: &[Lane; 3], weights: &[Lane]) -> Found {
     match S::F64_LANES {
-        1 => evaluate_narrow(n, net, raised, uvw, weights),
-        _ => evaluate_wide(simd, n, net, raised, uvw, weights),
+        1 => evaluate_narrow(patch, uvw, weights),
+        _ => evaluate_wide(simd, patch, uvw, weights),
     }
 }
 
 /// With all nine sums of a vector at once, as each has to wait for itself.
 #[inline(always)]
-fn evaluate_wide<S: Simd>(
-    simd: S,
-    n: usize,
-    net: &[[f64; NET_ROOM]; 3],
-    raised: &[[u8; 3]],
-    uvw: &[Lane; 3],
-    weights: &[Lane],
-) -> Found {
+fn evaluate_wide<S: Simd>(simd: S, patch: Patch<'_>, uvw: &[Lane; 3], weights: &[Lane]) -> Found {
+    let Patch { n, net, raised } = patch;
     let zero = [[0.0; LANES]; 3];
     let mut found = Found { point: zero, du: zero, dv: zero };
     let degree = simd.splat_f64s(n as f64);
@@ -155,13 +159,8 @@ fn evaluate_wide<S: Simd>(
 
 /// In loops that the compiler makes narrow vectors of, for machines without wide ones.
 #[inline(always)]
-fn evaluate_narrow(
-    n: usize,
-    net: &[[f64; NET_ROOM]; 3],
-    raised: &[[u8; 3]],
-    [u, v, w]: &[Lane; 3],
-    weights: &[Lane],
-) -> Found {
+fn evaluate_narrow(patch: Patch<'_>, [u, v, w]: &[Lane; 3], weights: &[Lane]) -> Found {
+    let Patch { n, net, raised } = patch;
     let zero = [[0.0; LANES]; 3];
     let mut found = Found { point: zero, du: zero, dv: zero };
     let degree = n as f64;
@@ -208,7 +207,7 @@ fn put(out: &mut PointsMut<'_>, at: usize, lanes: &[Lane; 3]) {
         // A copy of fixed length is an instruction, one of any length a call.
         match out.first_chunk_mut::<LANES>() {
             Some(out) => *out = *lane,
-            None => out.copy_from_slice(&lane[..out.len()]),
+            None => out.iter_mut().zip(lane).for_each(|(out, x)| *out = *x),
         }
     }
 }
@@ -220,12 +219,14 @@ impl TriangleGrid {
     /// If the degree is 0 or larger than [`MAX_DEGREE`].
     pub fn new(degree: usize, parameters: &[[f64; 3]]) -> Self {
         assert!((1..=MAX_DEGREE).contains(&degree), "degree {degree}");
-        let block = |parameters: &[[f64; 3]]| {
-            let uvw = lanes_of(parameters);
-            let raised = index::count(degree - 1);
-            (uvw, weights(degree, &uvw)[..raised].to_vec())
+        let last = parameters.len().saturating_sub(LANES);
+        let block = |start: usize| {
+            let at = start.min(last);
+            let uvw = lanes_of(&parameters[at..parameters.len().min(at + LANES)]);
+            let weights = weights(degree, &uvw)[..index::count(degree - 1)].to_vec();
+            Block { at, uvw, weights }
         };
-        let blocks = parameters.chunks(LANES).map(block).collect();
+        let blocks = (0..parameters.len()).step_by(LANES).map(block).collect();
         Self { degree, count: parameters.len(), raised: raised(degree), blocks }
     }
 
@@ -262,9 +263,10 @@ impl WithSimd for GridRun<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
         let net = by_axis(self.net);
-        for (block, (uvw, weights)) in self.grid.blocks.iter().enumerate() {
-            let found = evaluate(simd, self.grid.degree, &net, &self.grid.raised, uvw, weights);
-            let at = block * LANES;
+        let patch = Patch { n: self.grid.degree, net: &net, raised: &self.grid.raised };
+        for Block { at, uvw, weights } in &self.grid.blocks {
+            let found = evaluate(simd, patch, uvw, weights);
+            let at = *at;
             put(&mut self.out.points, at, &found.point);
             if let Some([du, dv]) = &mut self.out.derivatives {
                 put(du, at, &found.du);
@@ -313,18 +315,12 @@ impl<F: FnMut(usize, triangle::Tangents, Point3)> WithSimd for FreeRun<'_, F> {
                 count += 1;
             }
         }
+        let patch = Patch { n: self.degree, net: &net, raised: &raised[..count] };
         for (block, parameters) in self.parameters.chunks(LANES).enumerate() {
             let at = |i: usize| parameters[i.min(parameters.len() - 1)];
             let (u, v): (Lane, Lane) = (std::array::from_fn(|i| at(i)[0]), std::array::from_fn(|i| at(i)[1]));
             let uvw = [u, v, std::array::from_fn(|i| 1.0 - u[i] - v[i])];
-            let found = evaluate(
-                simd,
-                self.degree,
-                &net,
-                &raised[..count],
-                &uvw,
-                &weights(self.degree, &uvw)[..count],
-            );
+            let found = evaluate(simd, patch, &uvw, &weights(self.degree, &uvw)[..count]);
             let normals = normals(&found);
             for i in 0..parameters.len() {
                 let of = |lanes: &[Lane; 3]| Point3::new(lanes[0][i], lanes[1][i], lanes[2][i]);
