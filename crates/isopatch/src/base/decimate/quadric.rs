@@ -1,0 +1,73 @@
+//! Sums of squared distances as quadratic functions.
+
+use crate::geom::{Point3, Vec3};
+
+/// The quadratic function xᵀ A x − 2 bᵀ x + c: weighted sum of squared distances to planes and points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quadric {
+    /// A₀₀, A₁₁, A₂₂.
+    diagonal: Vec3,
+    /// A₁₂, A₂₀, A₀₁: the entry at axis i has the other two as indices.
+    mixed: Vec3,
+    b: Vec3,
+    c: f64,
+}
+
+impl Quadric {
+    pub const ZERO: Self = Self {
+        diagonal: Vec3::new(0.0, 0.0, 0.0),
+        mixed: Vec3::new(0.0, 0.0, 0.0),
+        b: Vec3::new(0.0, 0.0, 0.0),
+        c: 0.0,
+    };
+
+    /// weight · ((x − p)·n)² + weight · pull · |x − p|².
+    pub fn plane(p: &Point3, n: &Vec3, weight: f64, pull: f64) -> Self {
+        let diagonal = weight * n.component_mul(n).add_scalar(pull);
+        let mixed = weight * Vec3::new(n.y * n.z, n.z * n.x, n.x * n.y);
+        let b = weight * (n.dot(p) * n + pull * p);
+        Self { diagonal, mixed, b, c: p.dot(&b) }
+    }
+
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            diagonal: self.diagonal + other.diagonal,
+            mixed: self.mixed + other.mixed,
+            b: self.b + other.b,
+            c: self.c + other.c,
+        }
+    }
+
+    pub fn at(&self, x: &Point3) -> f64 {
+        let square = self.diagonal.dot(&x.component_mul(x));
+        let products = self.mixed.dot(&Vec3::new(x.y * x.z, x.z * x.x, x.x * x.y));
+        square + 2.0 * (products - self.b.dot(x)) + self.c
+    }
+
+    /// A⁻¹ b, by cofactors.
+    pub fn minimum(&self) -> Option<Point3> {
+        let (d, m, b) = (&self.diagonal, &self.mixed, &self.b);
+        let own = Vec3::new(d.y * d.z - m.x * m.x, d.z * d.x - m.y * m.y, d.x * d.y - m.z * m.z);
+        let other = Vec3::new(m.y * m.z - m.x * d.x, m.z * m.x - m.y * d.y, m.x * m.y - m.z * d.z);
+        let determinant = d.x * own.x + m.z * other.z + m.y * other.y;
+        let turned = Vec3::new(
+            other.z * b.y + other.y * b.z,
+            other.x * b.z + other.z * b.x,
+            other.y * b.x + other.x * b.y,
+        );
+        let x = (own.component_mul(b) + turned) / determinant;
+        x.iter().all(|c| c.is_finite()).then_some(x)
+    }
+
+    /// The minimum with one coordinate given.
+    pub fn minimum_within(&self, axis: usize, value: f64) -> Option<Point3> {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (p, q, r) = (self.diagonal[i], self.diagonal[j], self.mixed[axis]);
+        let b = [self.b[i] - self.mixed[j] * value, self.b[j] - self.mixed[i] * value];
+        let determinant = p * q - r * r;
+        let mut x = Point3::repeat(value);
+        x[i] = (b[0] * q - b[1] * r) / determinant;
+        x[j] = (b[1] * p - b[0] * r) / determinant;
+        x.iter().all(|c| c.is_finite()).then_some(x)
+    }
+}
