@@ -558,6 +558,9 @@ mod tests {
 
     #[test]
     fn two_boundaries_through_a_vertex_are_refused() {
-        assert!(Connectivity::from_faces(5, &[[0, 1, 2], [0, 3, 4]]).is_none());
+        let faces = [[0, 1, 2], [0, 3, 4]];
+        assert!(Connectivity::from_faces(5, &faces).is_none());
+        let (mesh, pinched) = Connectivity::of_part(5, &faces);
+        assert_eq!((mesh.face_count(), pinched), (2, vec![0]));
     }
 }

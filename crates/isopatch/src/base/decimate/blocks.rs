@@ -20,7 +20,7 @@ use crate::base::connectivity::Connectivity;
 /// Vertices of a block: with all that belongs to them some 500 kB, which stay in the cache of a core.
 const BLOCK: usize = 2048;
 
-/// A place that a vertex cannot have: what is no longer in use.
+/// The number of a vertex that is no longer in use.
 const NONE: u32 = u32::MAX;
 
 /// Limits of the costs in a pass, one after the other.
@@ -91,7 +91,7 @@ impl Draft {
     }
 
     /// Lets blocks work side by side; `work` also learns the number of faces between them.
-    fn pass(&mut self, work: impl FnOnce(&mut [Collapses<'_>], usize)) {
+    pub fn pass(&mut self, work: impl FnOnce(&mut [Collapses<'_>], usize)) {
         self.arrange();
         let Division { inside, seams } = self.divide();
         self.vertices.par_iter_mut().for_each(|vertex| vertex.is_locked = false);

@@ -6,6 +6,9 @@
 mod blocks;
 mod collapse;
 mod quadric;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
 
 use rayon::prelude::*;
 
@@ -113,14 +116,15 @@ fn finish(mesh: Connectivity, vertices: &mut [Vertex], faces: usize) -> Result<C
 
 /// Vertices around a centre, with the quadrics of their faces.
 fn vertices(mesh: &TriangleMesh, normals: &[Vec3], center: &Point3) -> Vec<Vertex> {
-    let vertex = |(v, normal): (usize, &Vec3)| Vertex {
-        position: mesh.positions[v] - center,
+    let vertex = |(v, (position, normal)): (usize, (&Point3, &Vec3))| Vertex {
+        position: position - center,
         normal: *normal,
         quadric: Quadric::ZERO,
         sides: mesh.clip.as_ref().map_or(BoxSides::NONE, |clip| clip.sides[v]),
         is_locked: false,
     };
-    let mut vertices: Vec<Vertex> = normals.par_iter().enumerate().with_min_len(TASK).map(vertex).collect();
+    let given = mesh.positions.par_iter().zip(normals).enumerate();
+    let mut vertices: Vec<Vertex> = given.with_min_len(TASK).map(vertex).collect();
     let of_face = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|v| vertices[v as usize].position);
         let n = (b - a).cross(&(c - a));

@@ -71,3 +71,38 @@ impl Quadric {
         x.iter().all(|c| c.is_finite()).then_some(x)
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planes_meet_in_the_minimum() {
+        let corner = Vec3::new(0.3, -0.2, 0.5);
+        let normals = [Vec3::new(1.0, 0.2, 0.1), Vec3::new(-0.3, 1.0, 0.4), Vec3::new(0.2, -0.1, 1.0)];
+        let planes = normals.map(|n| Quadric::plane(&corner, &n.normalize(), 2.0, 0.0));
+        let sum = planes.iter().fold(Quadric::ZERO, |sum, q| sum.plus(q));
+        assert!((sum.minimum().unwrap() - corner).norm() < 1e-14 && sum.at(&corner).abs() < 1e-15);
+        assert_eq!(Quadric::plane(&corner, &Vec3::z(), 1.0, 0.0).minimum(), None);
+    }
+
+    #[test]
+    fn distances_are_those_to_plane_and_point() {
+        let (p, n, weight, pull) = (Vec3::new(1.0, 2.0, -0.5), Vec3::new(0.6, 0.0, 0.8), 3.0, 0.25);
+        let quadric = Quadric::plane(&p, &n, weight, pull);
+        let x = Vec3::new(-0.7, 0.4, 0.9);
+        let expected = weight * ((x - p).dot(&n).powi(2) + pull * (x - p).norm_squared());
+        assert!((quadric.at(&x) - expected).abs() < 1e-13);
+        for axis in 0..3 {
+            let least = quadric.minimum_within(axis, 0.1).unwrap();
+            assert_eq!(least[axis], 0.1);
+            for other in (0..3).filter(|other| *other != axis) {
+                let mut step = Vec3::zeros();
+                step[other] = 1e-3;
+                let beside = [1.0, -1.0].map(|sign| quadric.at(&(least + sign * step)));
+                assert!((beside[0] - beside[1]).abs() < 1e-14, "the slope vanishes");
+            }
+        }
+    }
+}
