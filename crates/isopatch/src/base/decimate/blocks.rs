@@ -76,7 +76,7 @@ impl Draft {
     }
 
     /// Collapses edges in each block in the order of their costs, up to a limit common to all, until about `faces` faces
-    /// are left, and never fewer.
+    /// are left.
     pub fn collapse_cheapest(&mut self, faces: usize) {
         self.pass(|blocks, seams| {
             blocks.par_iter_mut().for_each(|block| block.fill(usize::MAX));
