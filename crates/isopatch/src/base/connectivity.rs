@@ -171,8 +171,9 @@ impl Connectivity {
 
     /// The ends of all edges at a vertex, counter-clockwise.
     pub fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
-        let past_boundary = |h: u32| self.is_boundary(prev(h)).then(|| self.apex(h));
-        self.ring(v).flat_map(move |h| std::iter::once(self.dest(h)).chain(past_boundary(h)))
+        let past_ring = || self.ring(v).last().map(|h| self.apex(h));
+        let last = if self.is_boundary_vertex(v) { past_ring() } else { None };
+        self.ring(v).map(|h| self.dest(h)).chain(last)
     }
 
     /// The neighbours of a vertex along the boundary: where it comes from and where it goes on.
@@ -328,8 +329,7 @@ impl Connectivity {
     }
 
     fn common_neighbours(&self, a: u32, b: u32) -> usize {
-        let of_b: Vec<u32> = self.neighbours(b).collect();
-        self.neighbours(a).filter(|v| of_b.contains(v)).count()
+        self.neighbours(a).filter(|v| self.are_neighbours(b, *v)).count()
     }
 
     /// Merges b into a along the half edge a → b. Two faces less, one on the boundary. [`Connectivity::can_collapse`]

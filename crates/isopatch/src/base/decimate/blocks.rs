@@ -58,8 +58,8 @@ impl Draft {
         Self { vertices, faces, passes: 0 }
     }
 
-    /// Are there blocks that can work side by side?
-    pub fn is_large(&self) -> bool {
+    /// Are there more than two blocks that can work side by side?
+    pub fn has_blocks(&self) -> bool {
         // A vertex for two faces.
         self.faces.len() > 4 * BLOCK
     }

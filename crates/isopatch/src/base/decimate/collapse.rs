@@ -29,9 +29,18 @@ pub(super) struct Vertex {
     pub is_locked: bool,
 }
 
-/// A possible collapse: cost, half edge, and the sum of the versions of its ends. Costs are compared as bits, which orders
-/// nonnegative numbers.
-type Candidate = Reverse<(u64, u32, u32)>;
+/// A possible collapse.
+///
+/// Candidates are compared field by field. Costs are bits of nonnegative numbers, which have the same order.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Candidate {
+    cost: u64,
+    /// The smaller one first.
+    ends: [u32; 2],
+    half_edge: u32,
+    /// Sum of the versions of the ends.
+    version: u32,
+}
 
 /// A mesh, or a part of one, whose edges are collapsed.
 pub(super) struct Collapses<'a> {
@@ -41,7 +50,7 @@ pub(super) struct Collapses<'a> {
     pub turn_limit: f64,
     /// Grows with every change around a vertex; candidates of older versions are out of date.
     version: Vec<u32>,
-    heap: BinaryHeap<Candidate>,
+    heap: BinaryHeap<Reverse<Candidate>>,
 }
 
 impl<'a> Collapses<'a> {
@@ -79,29 +88,27 @@ impl<'a> Collapses<'a> {
     pub fn fill(&mut self, task: usize) {
         let half_edges = (0..self.mesh.half_edge_bound()).into_par_iter().with_min_len(task);
         let edges = half_edges.filter(|h| self.mesh.is_edge(*h));
-        let candidates: Vec<Candidate> = edges.filter_map(|h| self.candidate(h)).collect();
+        let candidates: Vec<Reverse<Candidate>> = edges.filter_map(|h| self.candidate(h)).collect();
         self.heap = candidates.into();
     }
 
     /// Costs of the candidates, in no order.
     pub fn costs(&self) -> impl Iterator<Item = u64> + '_ {
-        let current = self.heap.iter().filter(|Reverse((_, h, version))| self.is_current(*h, *version));
-        current.map(|Reverse((cost, ..))| *cost)
+        self.heap.iter().filter(|candidate| self.is_current(&candidate.0)).map(|candidate| candidate.0.cost)
     }
 
     /// Collapses edges in the order of their costs, up to `most`, until at most `faces` faces are left.
     pub fn run(&mut self, faces: usize, most: u64) {
         let mut heap = std::mem::take(&mut self.heap);
         while self.mesh.face_count() > faces
-            && let Some(Reverse((cost, h, version))) = heap.peek().copied()
-            && cost <= most
+            && let Some(Reverse(candidate)) = heap.peek().copied()
+            && candidate.cost <= most
         {
             heap.pop();
-            if self.is_current(h, version)
-                && let Some(merged) = self.collapse(h)
+            if self.is_current(&candidate)
+                && let Some(merged) = self.collapse(self.from_first(&candidate))
             {
-                let candidates = self.mesh.ring(merged).filter_map(|h| self.candidate(h));
-                heap.extend(candidates);
+                heap.extend(self.mesh.ring(merged).filter_map(|h| self.candidate(h)));
             }
         }
         self.heap = heap;
@@ -111,8 +118,16 @@ impl<'a> Collapses<'a> {
         [self.mesh.origin(h) as usize, self.mesh.dest(h) as usize]
     }
 
-    fn is_current(&self, h: u32, version: u32) -> bool {
-        self.mesh.is_half_edge(h) && self.version_of(h) == version
+    fn is_current(&self, candidate: &Candidate) -> bool {
+        let h = candidate.half_edge;
+        self.mesh.is_half_edge(h) && self.version_of(h) == candidate.version
+    }
+
+    /// The half edge from the first end, if there is one.
+    fn from_first(&self, candidate: &Candidate) -> u32 {
+        let h = candidate.half_edge;
+        let is_first = self.mesh.origin(h) == candidate.ends[0];
+        if is_first { h } else { self.mesh.twin(h).unwrap_or(h) }
     }
 
     fn version_of(&self, h: u32) -> u32 {
@@ -139,18 +154,25 @@ impl<'a> Collapses<'a> {
         Some((q, x))
     }
 
-    fn candidate(&self, h: u32) -> Option<Candidate> {
+    fn candidate(&self, h: u32) -> Option<Reverse<Candidate>> {
         let (q, x) = self.joint(h)?;
-        Some(Reverse((q.at(&x).max(0.0).to_bits(), h, self.version_of(h))))
+        let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
+        let cost = q.at(&x).max(0.0).to_bits();
+        Some(Reverse(Candidate {
+            cost,
+            ends: [a.min(b), a.max(b)],
+            half_edge: h,
+            version: self.version_of(h),
+        }))
     }
 
     /// Merges the end of a half edge into its origin, if that is allowed; returns the origin.
     fn collapse(&mut self, h: u32) -> Option<u32> {
-        let (quadric, position) = self.joint(h)?;
         let [a, b] = self.ends(h);
+        let (quadric, position) = self.joint(h)?;
         let normal = (self.vertices[a].normal + self.vertices[b].normal).normalize();
-        if !self.mesh.can_collapse(h)
-            || !self.looks_outward(h, &position, &normal)
+        if !self.looks_outward(h, &position, &normal)
+            || !self.mesh.can_collapse(h)
             || collapse_bridges(&self.mesh, |v| self.vertices[v as usize].sides, h)
         {
             return None;

@@ -29,6 +29,9 @@ const PULL: f64 = 1e-3;
 /// when nothing else is left.
 const TURN_LIMITS: [f64; 2] = [0.2, 1e-3];
 
+/// Meshes with fewer faces are decimated in one piece, which takes some milliseconds.
+const SMALL: usize = 16_384;
+
 /// Faces for each face wanted that are left to be collapsed in the order of their errors. Of meshes with more faces, short
 /// edges are merged first: a mesh from tetrahedra has many of them, and their order costs more than the collapses.
 const CHOICE: usize = 6;
@@ -76,10 +79,13 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
     Ok(TriangleMesh { positions, faces: connectivity.faces().collect(), clip })
 }
 
-/// Collapses in blocks, as long as there are many, down to a little more than `faces` faces.
+/// Collapses in blocks, as long as there are several, down to a little more than `faces` faces.
 fn thin_out(draft: &mut Draft, faces: usize) {
+    if draft.faces.len() < SMALL {
+        return;
+    }
     let is_far = |draft: &Draft, least: usize| {
-        draft.is_large() && draft.faces.len() as f64 > WORTH_WHILE * least as f64
+        draft.has_blocks() && draft.faces.len() as f64 > WORTH_WHILE * least as f64
     };
     let choice = faces.saturating_mul(CHOICE);
     for _ in 0..MERGES {

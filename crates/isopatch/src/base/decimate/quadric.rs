@@ -25,8 +25,9 @@ impl Quadric {
     pub fn plane(p: &Point3, n: &Vec3, weight: f64, pull: f64) -> Self {
         let diagonal = weight * n.component_mul(n).add_scalar(pull);
         let mixed = weight * Vec3::new(n.y * n.z, n.z * n.x, n.x * n.y);
-        let b = weight * (n.dot(p) * n + pull * p);
-        Self { diagonal, mixed, b, c: p.dot(&b) }
+        let quadric = Self { diagonal, mixed, ..Self::ZERO };
+        let b = quadric.times(p);
+        Self { b, c: p.dot(&b), ..quadric }
     }
 
     pub fn plus(&self, other: &Self) -> Self {
@@ -38,24 +39,26 @@ impl Quadric {
         }
     }
 
-    pub fn at(&self, x: &Point3) -> f64 {
-        let square = self.diagonal.dot(&x.component_mul(x));
-        let products = self.mixed.dot(&Vec3::new(x.y * x.z, x.z * x.x, x.x * x.y));
-        square + 2.0 * (products - self.b.dot(x)) + self.c
+    fn columns(&self) -> [Vec3; 3] {
+        let (d, m) = (&self.diagonal, &self.mixed);
+        [Vec3::new(d.x, m.z, m.y), Vec3::new(m.z, d.y, m.x), Vec3::new(m.y, m.x, d.z)]
     }
 
-    /// A⁻¹ b, by cofactors.
+    /// A x.
+    fn times(&self, x: &Vec3) -> Vec3 {
+        let [p, q, r] = self.columns();
+        x.x * p + x.y * q + x.z * r
+    }
+
+    pub fn at(&self, x: &Point3) -> f64 {
+        x.dot(&(self.times(x) - 2.0 * self.b)) + self.c
+    }
+
+    /// A⁻¹ b, by the columns' cross products.
     pub fn minimum(&self) -> Option<Point3> {
-        let (d, m, b) = (&self.diagonal, &self.mixed, &self.b);
-        let own = Vec3::new(d.y * d.z - m.x * m.x, d.z * d.x - m.y * m.y, d.x * d.y - m.z * m.z);
-        let other = Vec3::new(m.y * m.z - m.x * d.x, m.z * m.x - m.y * d.y, m.x * m.y - m.z * d.z);
-        let determinant = d.x * own.x + m.z * other.z + m.y * other.y;
-        let turned = Vec3::new(
-            other.z * b.y + other.y * b.z,
-            other.x * b.z + other.z * b.x,
-            other.y * b.x + other.x * b.y,
-        );
-        let x = (own.component_mul(b) + turned) / determinant;
+        let [p, q, r] = self.columns();
+        let qr = q.cross(&r);
+        let x = Vec3::new(qr.dot(&self.b), r.cross(&p).dot(&self.b), p.cross(&q).dot(&self.b)) / p.dot(&qr);
         x.iter().all(|c| c.is_finite()).then_some(x)
     }
 
