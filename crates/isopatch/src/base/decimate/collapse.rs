@@ -106,7 +106,7 @@ impl<'a> Collapses<'a> {
         {
             heap.pop();
             if self.is_current(&candidate)
-                && let Some(merged) = self.collapse(self.from_first(&candidate))
+                && let Some(merged) = self.collapse(self.directed(&candidate))
             {
                 heap.extend(self.mesh.ring(merged).filter_map(|h| self.candidate(h)));
             }
@@ -123,8 +123,8 @@ impl<'a> Collapses<'a> {
         self.mesh.is_half_edge(h) && self.version_of(h) == candidate.version
     }
 
-    /// The half edge from the first end, if there is one.
-    fn from_first(&self, candidate: &Candidate) -> u32 {
+    /// The half edge of a candidate that leaves the first end, if there is one.
+    fn directed(&self, candidate: &Candidate) -> u32 {
         let h = candidate.half_edge;
         let is_first = self.mesh.origin(h) == candidate.ends[0];
         if is_first { h } else { self.mesh.twin(h).unwrap_or(h) }
