@@ -94,10 +94,10 @@ fn thin_out(draft: &mut Draft, faces: usize) {
         }
     }
     let last = (LAST * faces as f64) as usize;
-    for left in (0..PASSES as i32).rev() {
+    for passes_left in (1..=PASSES).rev() {
         if is_far(draft, last) {
             // Each pass takes the same share of the faces.
-            let share = (last as f64 / draft.faces.len() as f64).powf(1.0 / f64::from(left + 1));
+            let share = (last as f64 / draft.faces.len() as f64).powf(1.0 / passes_left as f64);
             draft.collapse_cheapest((share * draft.faces.len() as f64) as usize);
         }
     }
