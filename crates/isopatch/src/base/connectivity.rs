@@ -41,6 +41,13 @@ fn prev(h: u32) -> u32 {
 impl Connectivity {
     /// Connectivity of a manifold; none if more than one boundary passes through a vertex.
     pub fn from_faces(vertex_count: usize, faces: &[[u32; 3]]) -> Option<Self> {
+        let (mesh, pinched) = Self::of_part(vertex_count, faces);
+        pinched.is_empty().then_some(mesh)
+    }
+
+    /// Connectivity of some faces of a manifold, and the vertices through which more than one boundary passes: of each of
+    /// these, one ring is known.
+    pub fn of_part(vertex_count: usize, faces: &[[u32; 3]]) -> (Self, Vec<u32>) {
         let origin: Vec<u32> = faces.iter().flatten().copied().collect();
         let mut start = vec![0u32; vertex_count + 1];
         for v in &origin {
@@ -66,15 +73,16 @@ impl Connectivity {
             .map(|v| if start[v] < start[v + 1] { leaving[start[v] as usize] } else { NONE })
             .collect();
         let mut on_boundary = vec![false; vertex_count];
+        let mut pinched = Vec::new();
         for h in (0..origin.len()).filter(|h| twin[*h] == NONE) {
-            let v = origin[h] as usize;
-            if std::mem::replace(&mut on_boundary[v], true) {
-                return None;
+            let v = origin[h];
+            if std::mem::replace(&mut on_boundary[v as usize], true) {
+                pinched.push(v);
             }
-            outgoing[v] = h as u32;
+            outgoing[v as usize] = h as u32;
         }
         let is_open = on_boundary.contains(&true);
-        Some(Self { origin, twin, outgoing, face_count: faces.len(), is_open })
+        (Self { origin, twin, outgoing, face_count: faces.len(), is_open }, pinched)
     }
 
     /// Number of faces that exist.
@@ -140,7 +148,12 @@ impl Connectivity {
 
     /// One half edge of every edge that exists.
     pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.half_edge_bound()).filter(|h| self.is_half_edge(*h) && *h < self.twin[*h as usize])
+        (0..self.half_edge_bound()).filter(|h| self.is_edge(*h))
+    }
+
+    /// Is it the half edge that stands for its edge in [`Connectivity::edges`]?
+    pub fn is_edge(&self, h: u32) -> bool {
+        self.is_half_edge(h) && h < self.twin[h as usize]
     }
 
     /// Vertices that exist.
@@ -158,8 +171,9 @@ impl Connectivity {
 
     /// The ends of all edges at a vertex, counter-clockwise.
     pub fn neighbours(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
-        let past_boundary = |h: u32| self.is_boundary(prev(h)).then(|| self.apex(h));
-        self.ring(v).flat_map(move |h| std::iter::once(self.dest(h)).chain(past_boundary(h)))
+        let past_ring = || self.ring(v).last().map(|h| self.apex(h));
+        let last = if self.is_boundary_vertex(v) { past_ring() } else { None };
+        self.ring(v).map(|h| self.dest(h)).chain(last)
     }
 
     /// The neighbours of a vertex along the boundary: where it comes from and where it goes on.
@@ -315,30 +329,30 @@ impl Connectivity {
     }
 
     fn common_neighbours(&self, a: u32, b: u32) -> usize {
-        let of_b: Vec<u32> = self.neighbours(b).collect();
-        self.neighbours(a).filter(|v| of_b.contains(v)).count()
+        self.neighbours(a).filter(|v| self.are_neighbours(b, *v)).count()
     }
 
     /// Merges b into a along the half edge a → b. Two faces less, one on the boundary. [`Connectivity::can_collapse`]
     /// must hold.
     pub fn collapse(&mut self, h: u32) {
         let (g, [a, b, c]) = (self.twin(h), self.corners(h));
-        let of_b: Vec<u32> = self.ring(b).collect();
-        for e in of_b {
+        let first = self.outgoing[b as usize];
+        let mut of_b = Some(first);
+        while let Some(e) = of_b {
             self.origin[e as usize] = a;
+            of_b = self.twin(prev(e)).filter(|e| *e != first);
         }
         self.outgoing[b as usize] = NONE;
         // c → b, a → c; and if there is a right face, d → a, b → d.
         let [bc, ca] = [next(h), prev(h)].map(|e| self.twin[e as usize]);
         self.close_face(h, [bc, ca]);
-        let mut touched = vec![a, c];
+        let d = g.map_or(c, |g| self.apex(g));
         if let Some(g) = g {
             let [ad, db] = [next(g), prev(g)].map(|e| self.twin[e as usize]);
-            touched.push(self.apex(g));
             self.close_face(g, [ad, db]);
         }
         self.outgoing[a as usize] = if ca != NONE { ca } else { next(bc) };
-        self.start_rings(&touched);
+        self.start_rings(&[a, c, d]);
     }
 
     /// Removes a face whose first edge has shrunk to a point, and joins what was beyond its two others: the half edges to
@@ -548,6 +562,9 @@ mod tests {
 
     #[test]
     fn two_boundaries_through_a_vertex_are_refused() {
-        assert!(Connectivity::from_faces(5, &[[0, 1, 2], [0, 3, 4]]).is_none());
+        let faces = [[0, 1, 2], [0, 3, 4]];
+        assert!(Connectivity::from_faces(5, &faces).is_none());
+        let (mesh, pinched) = Connectivity::of_part(5, &faces);
+        assert_eq!((mesh.face_count(), pinched), (2, vec![0]));
     }
 }
