@@ -215,8 +215,30 @@ fn scene([vertices, triangles]: [usize; 2], bounds: &Aabb, center: &Vec3, unit: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::apatch::{self, APatchOptions, APatchSurface};
     use crate::golden::{scaled, sphere};
-    use crate::tessellate::{TessellateOptions, tessellate};
+    use crate::hull::test_meshes::{quadrics, torus};
+    use crate::hull::{self, HullOptions};
+    use crate::tessellate::{APatchResolution, TessellateOptions, tessellate, tessellate_a_patches};
+
+    #[test]
+    fn parts_give_the_bytes_of_the_whole() {
+        let open = quadrics().into_iter().map(|(_, _, data)| data);
+        for data in std::iter::once(torus([16, 10])).chain(open) {
+            let hull = hull::build(data, &HullOptions::default());
+            let surface = APatchSurface::new(apatch::build(hull, &APatchOptions::default()));
+            for (along, across) in [(1, 1), (2, 1), (3, 2), (8, 2)] {
+                let (resolution, options) = (APatchResolution { along, across }, GlbOptions::default());
+                let triangles = APatchTriangles::new(&surface, resolution).unwrap();
+                let (mut whole, mut parts) = (Vec::new(), Vec::new());
+                write_glb(&tessellate_a_patches(&surface, resolution).unwrap(), &options, &mut whole)
+                    .unwrap();
+                let bounds = triangles.bounds().unwrap();
+                write_glb_of_a_patches(&triangles, &bounds, &options, &mut parts).unwrap();
+                assert!(triangles.is_smooth() && whole == parts, "{along} {across}");
+            }
+        }
+    }
 
     #[test]
     fn chunks_fill_the_file_and_positions_are_relative() {

@@ -11,15 +11,15 @@ const FIRST_ITEMS: usize = 32;
 /// Buffers a thread that are filled before they are written.
 const BUFFERS_PER_THREAD: usize = 2;
 
-/// Bytes that an exponent can take at the end of a number, as in e-308.
-const EXPONENT: usize = 5;
+/// Sizes of numbers that are written without an exponent in any case.
+const PLAIN: std::ops::Range<f64> = 1e-4..1e15;
 
 /// Appends the shortest decimal that reads back as `x`, as ISO 10303-21 wants a REAL: with a point, exponent E.
 pub fn push_real(text: &mut Vec<u8>, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let digits = buffer.format_finite(x);
-    let end = digits.len().saturating_sub(EXPONENT);
-    match digits.as_bytes()[end..].contains(&b'e').then(|| digits.split_once('e')).flatten() {
+    let is_plain = PLAIN.contains(&x.abs());
+    match (!is_plain).then(|| digits.split_once('e')).flatten() {
         None => push_word(text, digits.as_bytes()),
         Some((mantissa, exponent)) => {
             text.extend_from_slice(mantissa.as_bytes());
@@ -145,11 +145,14 @@ mod tests {
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), x.to_bits(), "{text}");
         }
         assert_eq!((real(1.0), real(1e-7)), ("1.0".into(), "1.E-7".into()));
+        for x in [PLAIN.start, 1.23e-4, PLAIN.end.next_down(), 9.0e14] {
+            assert!(!zmij::Buffer::new().format_finite(x).contains('e'), "{x:e}");
+        }
     }
 
     #[test]
     fn integers_are_decimal() {
-        for n in [0, 7, 10, 1234567890, u64::MAX] {
+        for n in [0, 7, 10, 99, 100, 999, 1000, 12345, 1234567890, u64::MAX] {
             let mut text = Vec::new();
             push_integer(&mut text, n);
             assert_eq!(text, n.to_string().into_bytes());
