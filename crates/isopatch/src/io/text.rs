@@ -6,6 +6,8 @@ use std::io::{self, Write};
 /// Bytes that a buffer is to hold: enough to keep a thread busy and to pass by the buffer of a file, few enough to stay in the
 /// cache.
 const BYTES_PER_BUFFER: usize = 1 << 18;
+/// Memory of a buffer: the last item reaches beyond, and items differ in length.
+const ROOM: usize = BYTES_PER_BUFFER / 4 * 5;
 /// Items of the first buffers, before it is known how long they are.
 const FIRST_ITEMS: usize = 32;
 /// Buffers a thread that are filled before they are written.
@@ -109,13 +111,14 @@ pub fn write_items_with<R>(
     };
     // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
     // not depend on the number of threads.
-    let mut first = Vec::new();
+    let mut first = Vec::with_capacity(ROOM);
     fill(&mut first, 0..count.min(FIRST_ITEMS));
     out.write_all(&first)?;
     let items = (FIRST_ITEMS * BYTES_PER_BUFFER).div_ceil(first.len().max(FIRST_ITEMS));
     let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
     let wanted = most.min(count.saturating_sub(FIRST_ITEMS).div_ceil(items));
-    let mut buffers: Vec<Vec<u8>> = std::iter::once(first).chain((1..wanted).map(|_| Vec::new())).collect();
+    let more = (1..wanted).map(|_| Vec::with_capacity(ROOM));
+    let mut buffers: Vec<Vec<u8>> = std::iter::once(first).chain(more).collect();
     for start in (FIRST_ITEMS..count).step_by(most * items) {
         let used = most.min((count - start).div_ceil(items));
         buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
