@@ -111,15 +111,23 @@ pub fn write_items_with<R>(
     };
     // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
     // not depend on the number of threads.
-    let mut first = Vec::with_capacity(ROOM);
-    fill(&mut first, 0..count.min(FIRST_ITEMS));
-    out.write_all(&first)?;
-    let items = (FIRST_ITEMS * BYTES_PER_BUFFER).div_ceil(first.len().max(FIRST_ITEMS));
-    let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
-    let wanted = most.min(count.saturating_sub(FIRST_ITEMS).div_ceil(items));
+    let (mut buffer, mut first) = (Vec::with_capacity(ROOM), 0);
+    let mut room_of_first = room();
+    while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
+        format(&mut room_of_first, first, &mut buffer);
+        first += 1;
+    }
+    out.write_all(&buffer)?;
+    let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
+    // One thread alone writes a buffer while it is in the cache.
+    let most = match rayon::current_num_threads() {
+        1 => 1,
+        threads => BUFFERS_PER_THREAD * threads,
+    };
+    let wanted = most.min(count.saturating_sub(first).div_ceil(items));
     let more = (1..wanted).map(|_| Vec::with_capacity(ROOM));
-    let mut buffers: Vec<Vec<u8>> = std::iter::once(first).chain(more).collect();
-    for start in (FIRST_ITEMS..count).step_by(most * items) {
+    let mut buffers: Vec<Vec<u8>> = std::iter::once(buffer).chain(more).collect();
+    for start in (first..count).step_by(most * items) {
         let used = most.min((count - start).div_ceil(items));
         buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
             let first = start + b * items;
