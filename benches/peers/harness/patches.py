@@ -23,6 +23,8 @@ REFINED = [8, 64]
 # Patches of the torus for the time of each.
 SIZES = [1_000, 10_000, 50_000, 200_000]
 LOAD = 600
+# Seconds from which a stage is one whose threads count, and how its time is named in answers.
+LONG_STAGE, STAGE = 0.1, "stage "
 # Bytes of a .glb before its JSON: the header of the file and that of the chunk.
 GLB_HEADER = 20
 
@@ -236,7 +238,7 @@ def vertices_of_glb(path):
 
 
 def threads(runs, folder, tolerance=1e-4):
-    """Two threads against two copies with one thread each: jobs a second, of wall time."""
+    """Two threads against two copies with one thread each: jobs a second, of wall time; whole runs, and their long stages."""
     rows = []
     memory = 8 << 30
     program = install.isopatch_example("peer_surfaces")
@@ -248,23 +250,28 @@ def threads(runs, folder, tolerance=1e-4):
         ):
             files = [Path(folder, name) for name in ("two", "one")]
             two.ask(surface.request(tolerance, files[0]), LOAD)
-            first.ask(surface.request(tolerance, files[1]), LOAD)
+            alone = first.ask(surface.request(tolerance, files[1]), LOAD)
             same = filecmp.cmp(*files, shallow=False)
             shared, copies = [], []
             for _ in range(runs):
-                shared.append(two.ask(surface.request(tolerance), LOAD)["wall"])
+                shared.append(two.ask(surface.request(tolerance), LOAD))
                 start = time.perf_counter()
                 for worker in (first, second):
                     worker.send(surface.request(tolerance))
-                for worker in (first, second):
-                    worker.receive(LOAD)
-                copies.append(time.perf_counter() - start)
-        ratio = median(copies) / (2 * median(shared))
+                answers = [worker.receive(LOAD) for worker in (first, second)]
+                both = {key: sum(answer[key] for answer in answers) / 2 for key in answers[0]}
+                copies.append(both | {"wall": time.perf_counter() - start})
         note = "same bytes" if same else "OTHER BYTES"
-        values = {"two_threads": median(shared), "two_copies": median(copies)}
-        note += f"; {1e3 * values['two_threads']:.0f} ms a surface with two threads"
-        rows.append(Figure("two threads against two copies", surface.name, ratio, "×", note, values=values))
-    return rows
+        for key in ["wall"] + [key for key in alone if key.startswith(STAGE) and alone[key] > LONG_STAGE]:
+            here, there = median(run[key] for run in shared), median(run[key] for run in copies)
+            what = f"two threads against two copies, {'whole runs' if key == 'wall' else f'stages over {1e3 * LONG_STAGE:.0f} ms'}"
+            who = surface.name if key == "wall" else f"{surface.name}: {key.removeprefix(STAGE)}"
+            values = {"two_threads": here, "two_copies": there}
+            rows.append(
+                Figure(what, who, there / (2 * here), "×", f"{note}; {1e3 * here:.0f} ms with two threads", values=values)
+            )
+    # Whole runs first.
+    return sorted(rows, key=lambda row: "whole" not in row.what)
 
 
 def per_patch(sizes):

@@ -2,7 +2,8 @@
 //!
 //! It prints `ready`, then reads requests, one a line: name, formula, box (six numbers), tolerance and output file (or `-`),
 //! with tabs between; it answers with the CPU seconds of parsing and fitting, the bytes of the control points and
-//! corners, each stored once, the bytes of the native file, and the number of patches; or with `error` and why.
+//! corners, each stored once, the bytes of the native file, the number of patches, and the wall seconds of every stage; or with
+//! `error` and why.
 //! Its arguments are the effort, `quick` or `full`, and the number of threads.
 
 use cpu_time::ProcessTime;
@@ -11,6 +12,8 @@ use isopatch::geom::{Aabb, Point3};
 use isopatch::io::native::{Provenance, write_native};
 use isopatch::recipes::spline::{Effort, Size, SplineRecipe, fit};
 use isopatch::spline::TriangularSpline;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{self, BufRead, BufWriter, Write};
 use std::time::Instant;
@@ -63,8 +66,11 @@ fn answer(line: &str, effort: Effort) -> Result<String, Box<dyn Error>> {
     let formula = Formula::parse(request.formula, &Constants::new())?;
     let size = Size::Tolerance(request.tolerance);
     let recipe = SplineRecipe { bounds: Some(request.bounds), size, effort, ..SplineRecipe::default() };
-    let fitted = fit(&formula, &recipe, &|_| ())?;
-    let (cpu, wall) = (cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64());
+    let starts: RefCell<Vec<(String, Instant)>> = RefCell::default();
+    let fitted =
+        fit(&formula, &recipe, &|stage| starts.borrow_mut().push((stage.to_string(), Instant::now())))?;
+    let end = Instant::now();
+    let (cpu, wall) = (cpu.elapsed().as_secs_f64(), (end - wall).as_secs_f64());
     if !fitted.reached {
         return Err("the tolerance was not reached".into());
     }
@@ -75,7 +81,22 @@ fn answer(line: &str, effort: Effort) -> Result<String, Box<dyn Error>> {
     }
     let patches = fitted.surface.nets.len();
     let bytes = least_bytes(&fitted.surface);
-    Ok(format!("seconds={cpu}\twall={wall}\tbytes={bytes}\tfile={}\telements={patches}", file.len()))
+    let file = file.len();
+    let mut answer = format!("seconds={cpu}\twall={wall}\tbytes={bytes}\tfile={file}\telements={patches}");
+    for (stage, seconds) in durations(&starts.into_inner(), end) {
+        answer += &format!("\tstage {stage}={seconds}");
+    }
+    Ok(answer)
+}
+
+/// Seconds of each stage, those that ran more than once together; a stage ends where the next one starts.
+fn durations(starts: &[(String, Instant)], end: Instant) -> BTreeMap<&str, f64> {
+    let ends = starts.iter().skip(1).map(|(_, start)| *start).chain([end]);
+    let mut seconds = BTreeMap::new();
+    for ((stage, start), end) in starts.iter().zip(ends) {
+        *seconds.entry(stage.as_str()).or_default() += (end - *start).as_secs_f64();
+    }
+    seconds
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,5 +1,10 @@
 //! Connectivity that changes: triangle meshes under splits, collapses and flips.
 
+use rayon::prelude::*;
+
+/// Half edges that one task looks at.
+const TASK: usize = 2048;
+
 /// Marks what no longer exists, and the twin of a half edge on the boundary.
 const NONE: u32 = u32::MAX;
 
@@ -50,14 +55,13 @@ impl Connectivity {
             leaving[fill[*v as usize] as usize] = h as u32;
             fill[*v as usize] += 1;
         }
-        let mut twin = vec![NONE; origin.len()];
-        for h in 0..origin.len() as u32 {
+        let twin_of = |h: u32| {
             let (a, b) = (origin[h as usize], origin[next(h) as usize]);
             let of_b = &leaving[start[b as usize] as usize..start[b as usize + 1] as usize];
-            if let Some(g) = of_b.iter().find(|g| origin[next(**g) as usize] == a) {
-                twin[h as usize] = *g;
-            }
-        }
+            of_b.iter().find(|g| origin[next(**g) as usize] == a).copied().unwrap_or(NONE)
+        };
+        let half_edges = (0..origin.len() as u32).into_par_iter().with_min_len(TASK);
+        let twin: Vec<u32> = half_edges.map(twin_of).collect();
         let mut outgoing: Vec<u32> = (0..vertex_count)
             .map(|v| if start[v] < start[v + 1] { leaving[start[v] as usize] } else { NONE })
             .collect();

@@ -149,6 +149,9 @@ pub(super) struct Nodes {
     pub(super) values: Vec<f64>,
 }
 
+/// Leaves that one task looks at, where there is little to do for each.
+const TASK: usize = 128;
+
 /// Local numbers of the corners.
 const CORNERS: [usize; 8] = [0, 2, 6, 8, 18, 20, 24, 26];
 
@@ -350,7 +353,7 @@ impl<'a> Cover<'a> {
         let corners: Vec<[u32; 8]> =
             self.leaves.iter().map(|leaf| CORNERS.map(|n| number(leaf.cell.node(local(n))))).collect();
         let corner_count = corners.iter().flatten().max().map_or(0, |n| n + 1);
-        let sets: Vec<NodeSet> = (self.leaves.iter().zip(around))
+        let sets: Vec<NodeSet> = (self.leaves.par_iter().zip(around).with_min_len(TASK))
             .map(|(leaf, around)| match around.beside_finer {
                 true => NodeSet::beside_finer(|n| {
                     numbers.get(&key(leaf.cell.node(local(n)))).is_some_and(|k| *k < corner_count)

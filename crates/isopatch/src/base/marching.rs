@@ -10,6 +10,7 @@ use super::octree::{KeyMap, node_of};
 use super::tetrahedra::for_tetrahedra;
 use super::triangle_mesh::TriangleMesh;
 use crate::geom::{Aabb, Point3};
+use rayon::prelude::*;
 
 /// Share of an edge of a tetrahedron at both of its ends where no vertex is put: it keeps triangles from collapsing
 /// when the surface passes (nearly) through a node. Projection moves the vertices onto the surface anyway.
@@ -46,32 +47,37 @@ impl Vertices<'_> {
     }
 }
 
+/// Leaves that one task looks at.
+const TASK: usize = 128;
+
+/// The tetrahedra of a leaf that the surface passes through, by the numbers of their corners.
+fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize) -> Vec<[usize; 4]> {
+    let mut found = Vec::new();
+    let cell = &cover.leaves[leaf].cell;
+    if !nodes.is_crossed(leaf, cell) {
+        return found;
+    }
+    let values = nodes.local_values(leaf, cell);
+    for_tetrahedra(cell, nodes.sets[leaf], |corners| {
+        let is_inside = corners.map(|n| values[n] < 0.0);
+        if is_inside.contains(&true) && is_inside.contains(&false) {
+            found.push(corners.map(|n| nodes.number(leaf, cell, n)));
+        }
+    });
+    found
+}
+
 /// The mesh of f = 0 as far as the nodes know it; f < 0 counts as inside, all else (zero and NaN too) as outside.
 ///
 /// `bounds` is the box that cuts the surface. Fails if f has no value at a node beside the inside.
 pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<TriangleMesh, BaseError> {
+    let leaves = (0..cover.leaves.len()).into_par_iter().with_min_len(TASK);
+    let crossed: Vec<[usize; 4]> = leaves.flat_map_iter(|i| crossed(cover, nodes, i)).collect();
     let mut vertices = Vertices { cover, nodes, on_edge: KeyMap::default(), positions: Vec::new() };
     let mut faces = Vec::new();
-    let mut undefined = None;
-    for (i, leaf) in cover.leaves.iter().enumerate() {
-        if !nodes.is_crossed(i, &leaf.cell) {
-            continue;
-        }
-        let values = nodes.local_values(i, &leaf.cell);
-        for_tetrahedra(&leaf.cell, nodes.sets[i], |corners| {
-            let f = corners.map(|n| values[n]);
-            let is_inside = f.map(|f| f < 0.0);
-            if !is_inside.contains(&true) || !is_inside.contains(&false) {
-                return;
-            }
-            let corners = corners.map(|n| nodes.number(i, &leaf.cell, n));
-            if let Some(k) = f.iter().position(|f| f.is_nan()) {
-                undefined = undefined.or(Some(nodes.places[corners[k]]));
-            }
-            cut(corners, is_inside, &mut vertices, &mut faces);
-        });
-    }
-    if let Some(place) = undefined {
+    crossed.iter().for_each(|corners| cut(*corners, &mut vertices, &mut faces));
+    if let Some(n) = crossed.into_iter().flatten().find(|n| nodes.values[*n].is_nan()) {
+        let place = nodes.places[n];
         let share = nodes.values.iter().filter(|f| f.is_nan()).count() as f64 / nodes.values.len() as f64;
         return Err(BaseError::Undefined { share, at: Some(cover.lattice.position(node_of(place))) });
     }
@@ -83,7 +89,8 @@ pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<T
 }
 
 /// The part of the surface in one tetrahedron, counter-clockwise seen from outside; the corners are positively oriented.
-fn cut(corners: [usize; 4], is_inside: [bool; 4], vertices: &mut Vertices<'_>, faces: &mut Vec<[u32; 3]>) {
+fn cut(corners: [usize; 4], vertices: &mut Vertices<'_>, faces: &mut Vec<[u32; 3]>) {
+    let is_inside = corners.map(|n| vertices.nodes.values[n] < 0.0);
     let count = is_inside.iter().filter(|inside| **inside).count();
     if count == 2 {
         let order =

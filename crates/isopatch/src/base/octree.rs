@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::geom::{Aabb, Point3};
+use rayon::prelude::*;
 
 /// Bits of one coordinate in a key: three of them fit into 64 bits.
 const COORDINATE_BITS: u32 = 21;
@@ -179,22 +180,30 @@ pub(super) fn find(leaves: &[Cell], index: &KeyMap<u32>, cell: &Cell) -> Option<
 
 /// For each leaf, whether finer ones touch it, if only at a corner. Levels differ by one at most if none is too coarse.
 pub(super) fn surroundings(lattice: &Lattice, leaves: &[Cell], index: &KeyMap<u32>) -> Vec<Surroundings> {
-    let mut found = vec![Surroundings::default(); leaves.len()];
+    /// Leaves that one task looks at.
+    const TASK: usize = 128;
     let coarsest = leaves.iter().map(|leaf| leaf.level).min().unwrap_or(0);
-    for leaf in leaves.iter().filter(|leaf| leaf.level > coarsest) {
+    // The coarser leaves beside a leaf, and whether they are much coarser.
+    let coarser_beside = |leaf: &Cell| {
         let parent = leaf.ancestor(leaf.level - 1);
         // Cells outside the parent that touch the leaf lie towards the leaf's corner of the parent.
         let toward = [0, 1, 2].map(|a| if leaf.corner[a] == parent.corner[a] { -1 } else { 1 });
-        for octant in 1..8 {
-            let steps = [0, 1, 2].map(|a| (octant >> a & 1) * toward[a]);
-            let Some(beside) = lattice.neighbor(&parent, steps) else { continue };
-            for level in coarsest..=beside.level {
-                if let Some(i) = find(leaves, index, &beside.ancestor(level)) {
-                    found[i].too_coarse |= level < beside.level;
-                    found[i].beside_finer |= level == beside.level;
-                }
-            }
-        }
+        let around = (1..8).filter_map(move |octant| {
+            lattice.neighbor(&parent, [0, 1, 2].map(|a| (octant >> a & 1) * toward[a]))
+        });
+        around.flat_map(move |beside| {
+            let levels = coarsest..=beside.level;
+            levels.filter_map(move |level| {
+                find(leaves, index, &beside.ancestor(level)).map(|i| (i, level < beside.level))
+            })
+        })
+    };
+    let fine = leaves.par_iter().with_min_len(TASK).filter(|leaf| leaf.level > coarsest);
+    let touching: Vec<(usize, bool)> = fine.flat_map_iter(coarser_beside).collect();
+    let mut found = vec![Surroundings::default(); leaves.len()];
+    for (i, is_much) in touching {
+        found[i].too_coarse |= is_much;
+        found[i].beside_finer |= !is_much;
     }
     found
 }

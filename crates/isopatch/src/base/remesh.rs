@@ -14,7 +14,7 @@ use super::sizing::{
 };
 use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
-use crate::geom::{Jet, Mat3, Point3, Vec3};
+use crate::geom::{Mat3, Point3, Vec3};
 
 /// Settings of [`remesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +65,9 @@ const FLIP_FACING: f64 = 0.3;
 
 /// Cosine of 110°: corners up to this are no reason for a flip.
 const WIDE: f64 = -0.34;
+
+/// Edges, faces or vertices that one task looks at.
+const TASK: usize = 256;
 
 /// A vertex that smoothing and projection move farther than this times the wanted edge length has left its place:
 /// neighbours would have to follow.
@@ -187,12 +190,15 @@ impl Remesher<'_> {
 
     fn update_normals(&mut self) {
         let field = self.field;
-        let jets: Vec<Jet> = self.x.par_iter().map(|p| field.jet(*p)).collect();
         // Without a gradient there is neither normal nor curvature; that is found out at the end.
         let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
-        self.normal = jets.iter().map(|j| unit_or_zero(&j.gradient)).collect();
-        self.tensor = jets.iter().map(|j| finite(j.curvature_tensor())).collect();
-        self.curvature = self.tensor.iter().map(largest_curvature).collect();
+        let known = |p: &Point3| {
+            let jet = field.jet(*p);
+            let tensor = finite(jet.curvature_tensor());
+            (unit_or_zero(&jet.gradient), (tensor, largest_curvature(&tensor)))
+        };
+        (self.normal, (self.tensor, self.curvature)) =
+            self.x.par_iter().with_min_len(TASK).map(known).unzip();
     }
 
     pub fn update_sizes(&mut self, faces: usize) {
@@ -210,22 +216,30 @@ impl Remesher<'_> {
             faces,
             &self.options.sizing,
         );
-        self.metric =
-            self.tensor.iter().zip(&self.normal).map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
+        let pairs = self.tensor.par_iter().zip(&self.normal).with_min_len(TASK);
+        self.metric = pairs.map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
     }
 
     /// Edge lengths at each vertex for which its faces would lean just as far from their normals as they may.
     fn lean_caps(&self) -> Vec<f64> {
-        let mut cap = vec![f64::INFINITY; self.x.len()];
-        for f in self.mesh.faces() {
+        let longest = |f: [u32; 3]| {
             let lean = self.facing_of(f).clamp(-1.0, 1.0).acos();
             let length = (area_vector(self.corners(f)).norm() / (2.0 * UNIT_TRIANGLE)).sqrt();
-            let longest = length * self.options.sizing.lean.to_radians() / lean;
+            length * self.options.sizing.lean.to_radians() / lean
+        };
+        let mut cap = vec![f64::INFINITY; self.x.len()];
+        for (f, longest) in self.of_faces(longest) {
             for v in f {
                 cap[v as usize] = cap[v as usize].min(longest);
             }
         }
         cap
+    }
+
+    /// Something of each face, computed in parallel.
+    fn of_faces<T: Send>(&self, compute: impl Fn([u32; 3]) -> T + Sync) -> Vec<([u32; 3], T)> {
+        let faces: Vec<[u32; 3]> = self.mesh.faces().collect();
+        faces.into_par_iter().with_min_len(TASK).map(|f| (f, compute(f))).collect()
     }
 
     /// Renumbers vertices after removals.
@@ -262,14 +276,11 @@ impl Remesher<'_> {
     }
 
     /// Edges whose relative length passes the test, with that length; in a fixed order, shortest first.
-    fn edges_by_length(&self, wanted: impl Fn(f64) -> bool) -> Vec<(f64, u32)> {
-        let mut edges: Vec<(f64, u32)> = self
-            .mesh
-            .edges()
-            .map(|h| (self.relative_length(h), h))
-            .filter(|(length, _)| wanted(*length))
-            .collect();
-        edges.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    fn edges_by_length(&self, wanted: impl Fn(f64) -> bool + Sync) -> Vec<(f64, u32)> {
+        let all: Vec<u32> = self.mesh.edges().collect();
+        let lengths = all.into_par_iter().with_min_len(TASK).map(|h| (self.relative_length(h), h));
+        let mut edges: Vec<(f64, u32)> = lengths.filter(|(length, _)| wanted(*length)).collect();
+        edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges
     }
 
@@ -492,9 +503,20 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             let mut flips = 0;
             let edges: Vec<u32> = self.mesh.edges().collect();
-            for h in edges {
-                if self.is_better_flipped(h) && self.can_flip(h) {
+            let found = edges.into_par_iter().with_min_len(TASK).map(|h| (h, self.is_better_flipped(h)));
+            let found: Vec<(u32, bool)> = found.collect();
+            // What was found in parallel holds until one of the faces at the edge changes.
+            let mut is_stale = vec![false; self.mesh.half_edge_bound() as usize / 3];
+            for (h, was_better) in found {
+                let sides = [Some(h), self.mesh.twin(h)];
+                let faces = sides.into_iter().flatten().map(|h| h as usize / 3);
+                let is_better = match faces.clone().any(|f| is_stale[f]) {
+                    true => self.is_better_flipped(h),
+                    false => was_better,
+                };
+                if is_better && self.can_flip(h) {
                     self.mesh.flip(h);
+                    faces.for_each(|f| is_stale[f] = true);
                     flips += 1;
                 }
             }
@@ -529,15 +551,17 @@ impl Remesher<'_> {
     ///
     /// Weights are areas in units of the wanted length, so that they even out relative sizes.
     fn smooth(&mut self) {
-        let mut sum = vec![(Vec3::zeros(), 0.0); self.x.len()];
-        for f in self.mesh.faces() {
+        let moment = |f: [u32; 3]| {
             let corners = self.corners(f);
             let size = f.iter().map(|v| self.size[*v as usize]).sum::<f64>() / 3.0;
             let weight = area_vector(corners).norm() / (size * size);
-            let center = (corners[0] + corners[1] + corners[2]) / 3.0;
+            (weight * ((corners[0] + corners[1] + corners[2]) / 3.0), weight)
+        };
+        let mut sum = vec![(Vec3::zeros(), 0.0); self.x.len()];
+        for (f, (moment, weight)) in self.of_faces(moment) {
             for v in f {
-                let (moment, total) = &mut sum[v as usize];
-                *moment += weight * center;
+                let (moments, total) = &mut sum[v as usize];
+                *moments += moment;
                 *total += weight;
             }
         }
@@ -576,8 +600,9 @@ impl Remesher<'_> {
 
     /// Moves the corners of faces that look inward back to where they were.
     fn take_back_inversions(&mut self, before: &[Point3], normal_before: &[Vec3]) {
-        let inverted: Vec<[u32; 3]> = self.mesh.faces().filter(|f| self.facing_of(*f) <= 0.0).collect();
-        for v in inverted.into_iter().flatten().map(|v| v as usize) {
+        let facing = self.of_faces(|f| self.facing_of(f));
+        let inverted = facing.into_iter().filter(|(_, facing)| *facing <= 0.0);
+        for v in inverted.flat_map(|(f, _)| f).map(|v| v as usize) {
             self.x[v] = before[v];
             self.normal[v] = normal_before[v];
         }

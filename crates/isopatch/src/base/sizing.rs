@@ -1,9 +1,10 @@
 //! How long the edges of the base mesh should be, from the curvature of the surface.
 
 use super::connectivity::Connectivity;
-use super::shape::unit_or_zero;
+use super::shape::{area_vector, unit_or_zero};
 use crate::field::Field;
 use crate::geom::{Mat3, Point3, Points, Vec3};
+use rayon::prelude::*;
 
 /// Settings of the edge lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +49,9 @@ impl Default for SizingOptions {
 /// Area of the equilateral triangle with edge 1.
 pub(super) const UNIT_TRIANGLE: f64 = 0.433_012_701_892_219_3;
 
+/// Edges, faces or vertices that one task looks at.
+const TASK: usize = 256;
+
 /// Sweeps over the edges that spread short lengths; each sweep passes them on along the numbering, so a few are enough.
 const GRADATION_SWEEPS: usize = 12;
 
@@ -57,7 +61,8 @@ pub(super) fn limit_gradation(mesh: &Connectivity, x: &[Point3], gradation: f64,
         let (a, b) = (mesh.origin(h) as usize, mesh.dest(h) as usize);
         (a, b, gradation * (x[a] - x[b]).norm())
     };
-    let steps: Vec<(usize, usize, f64)> = mesh.edges().map(step).collect();
+    let edges: Vec<u32> = mesh.edges().collect();
+    let steps: Vec<(usize, usize, f64)> = edges.into_par_iter().with_min_len(TASK).map(step).collect();
     for _ in 0..GRADATION_SWEEPS {
         let mut changed = false;
         for &(a, b, step) in &steps {
@@ -75,15 +80,24 @@ pub(super) fn limit_gradation(mesh: &Connectivity, x: &[Point3], gradation: f64,
     }
 }
 
-/// Number of equilateral faces of these edge lengths that cover the mesh.
-pub(super) fn predicted_faces(mesh: &Connectivity, x: &[Point3], size: &[f64]) -> f64 {
-    mesh.faces()
-        .map(|f| {
-            let area = 0.5 * super::shape::area_vector(f.map(|v| x[v as usize])).norm();
+/// The faces of a mesh, each with its area.
+pub(super) struct FaceAreas(Vec<([u32; 3], f64)>);
+
+impl FaceAreas {
+    pub(super) fn new(mesh: &Connectivity, x: &[Point3]) -> Self {
+        let faces: Vec<[u32; 3]> = mesh.faces().collect();
+        let area = |f: [u32; 3]| (f, 0.5 * area_vector(f.map(|v| x[v as usize])).norm());
+        Self(faces.into_par_iter().with_min_len(TASK).map(area).collect())
+    }
+
+    /// Number of equilateral faces of these edge lengths that cover the mesh.
+    pub(super) fn predicted_faces(&self, size: &[f64]) -> f64 {
+        let count = |(f, area): &([u32; 3], f64)| {
             let length = f.iter().map(|v| size[*v as usize]).sum::<f64>() / 3.0;
             area / (UNIT_TRIANGLE * length * length)
-        })
-        .sum()
+        };
+        self.0.iter().map(count).sum()
+    }
 }
 
 /// Relative edge lengths that make the error of a boundary curve the same everywhere.
@@ -100,13 +114,18 @@ pub(super) fn sizes_from_errors(
 ) -> Vec<f64> {
     let edges: Vec<[usize; 2]> =
         mesh.edges().map(|h| [mesh.origin(h), mesh.dest(h)].map(|v| v as usize)).collect();
-    let middles: Points = edges.iter().map(|[a, b]| curve_middle(x, normal, tensor, *a, *b)).collect();
-    let (mut f, mut gradient) = (vec![0.0; edges.len()], Points::zeros(edges.len()));
-    field.gradients(middles.view(), &mut f, gradient.view_mut());
+    let rate_of = |edges: &[[usize; 2]]| {
+        let middles: Points = edges.iter().map(|[a, b]| curve_middle(x, normal, tensor, *a, *b)).collect();
+        let (mut f, mut gradient) = (vec![0.0; edges.len()], Points::zeros(edges.len()));
+        field.gradients(middles.view(), &mut f, gradient.view_mut());
+        let rate = |(i, [a, b]): (usize, &[usize; 2])| {
+            f[i].abs() / gradient.get(i).norm() / (x[*a] - x[*b]).norm().powi(ORDER)
+        };
+        edges.iter().enumerate().map(rate).collect::<Vec<f64>>()
+    };
+    let rates: Vec<f64> = edges.par_chunks(TASK).flat_map_iter(rate_of).collect();
     let mut rate = vec![(0.0, 0.0); x.len()];
-    for (i, [a, b]) in edges.iter().enumerate() {
-        let length = (x[*a] - x[*b]).norm();
-        let e = f[i].abs() / gradient.get(i).norm() / length.powi(ORDER);
+    for (e, [a, b]) in rates.into_iter().zip(&edges) {
         if e.is_finite() {
             for v in [*a, *b] {
                 rate[v].0 += e;
@@ -123,6 +142,8 @@ pub(super) fn sizes_from_errors(
         }
     }
     (0..x.len())
+        .into_par_iter()
+        .with_min_len(TASK)
         .map(|v| 0.5 * (rate[v] + smooth[v].0 / f64::max(smooth[v].1, 1.0)))
         .map(|e| e.max(f64::MIN_POSITIVE).powf(-1.0 / f64::from(ORDER)))
         .collect()
@@ -179,8 +200,9 @@ pub(super) fn blend_with_curvature(
 ) -> Vec<f64> {
     let share = options.curvature_share;
     lengths
-        .iter()
+        .par_iter()
         .zip(curvature)
+        .with_min_len(TASK)
         .map(|(l, k)| l.powf(1.0 - share) * k.max(f64::MIN_POSITIVE).powf(-share))
         .collect()
 }
@@ -197,8 +219,8 @@ pub(super) fn sizes_for_count(
     faces: usize,
     options: &SizingOptions,
 ) -> Vec<f64> {
-    let uniform = vec![1.0; x.len()];
-    let mean = (predicted_faces(mesh, x, &uniform) / faces as f64).sqrt();
+    let areas = FaceAreas::new(mesh, x);
+    let mean = (areas.predicted_faces(&vec![1.0; x.len()]) / faces as f64).sqrt();
     let reference = median(relative);
     let mut size: Vec<f64> =
         relative.iter().map(|l| mean * (l / reference).clamp(1.0 / options.ratio, options.ratio)).collect();
@@ -206,13 +228,13 @@ pub(super) fn sizes_for_count(
     // Scaling all lengths changes the count, and the caps cut some: alternate a few times.
     const ROUNDS: usize = 3;
     for _ in 0..ROUNDS {
-        let factor = (predicted_faces(mesh, x, &size) / faces as f64).sqrt();
+        let factor = (areas.predicted_faces(&size) / faces as f64).sqrt();
         for ((l, k), lean) in size.iter_mut().zip(curvature).zip(lean) {
             let length = *l * factor;
             *l = length.min(options.turn / k).min(lean.max(STRONGEST_CAP * length));
         }
     }
-    let factor = (predicted_faces(mesh, x, &size) / faces as f64).sqrt();
+    let factor = (areas.predicted_faces(&size) / faces as f64).sqrt();
     size.iter_mut().for_each(|l| *l *= factor);
     size
 }
@@ -228,7 +250,7 @@ pub(super) fn automatic_count(
     let mut size: Vec<f64> =
         curvature.iter().map(|k| (options.turn / k).min(options.longest * diagonal)).collect();
     limit_gradation(mesh, x, options.gradation, &mut size);
-    let faces = predicted_faces(mesh, x, &size).ceil() as usize;
+    let faces = FaceAreas::new(mesh, x).predicted_faces(&size).ceil() as usize;
     faces + faces % 2
 }
 

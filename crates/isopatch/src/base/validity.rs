@@ -4,6 +4,7 @@ use super::base_mesh::BaseMesh;
 use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, angle_between};
 use crate::mesh::{FaceId, HalfEdgeId};
+use rayon::prelude::*;
 
 /// Limits of [`validity`], each with the default that measurements on the surfaces of Tong & Kim 2009 suggest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,23 +85,31 @@ fn corner_measures(base: &BaseMesh, h: HalfEdgeId) -> CornerMeasures {
 
 /// All corners beyond the limits, in the order of the faces. Empty for a mesh that is fit for a spline surface.
 pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
-    let mut violations = Vec::new();
-    for h in base.mesh.half_edges() {
-        let m = corner_measures(base, h);
-        let mut check = |good: bool, limit: Limit, value: f64| {
-            if !good {
-                violations.push(Violation { limit, face: base.mesh.face(h), at: m.at, value });
-            }
-        };
-        // Comparisons are such that NaN is bad.
-        check(limits.smallest_corner < m.corner && m.corner < limits.largest_corner, Limit::Corner, m.corner);
-        check(m.deviation < limits.facet_deviation, Limit::FacetDeviation, m.deviation);
-        check(m.curvature_length < limits.curvature_length, Limit::CurvatureLength, m.curvature_length);
-        let valence =
-            limits.valence.saturating_sub(usize::from(base.mesh.is_boundary_vertex(base.mesh.origin(h))));
-        check(m.valence >= valence, Limit::Valence, m.valence as f64);
-    }
-    violations
+    /// Corners that one task looks at.
+    const TASK: usize = 256;
+    let corners: Vec<HalfEdgeId> = base.mesh.half_edges().collect();
+    corners.into_par_iter().with_min_len(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
+}
+
+/// The violations at one corner.
+fn violations_at(
+    base: &BaseMesh,
+    h: HalfEdgeId,
+    limits: &ValidityLimits,
+) -> impl Iterator<Item = Violation> + use<> {
+    let m = corner_measures(base, h);
+    let valence =
+        limits.valence.saturating_sub(usize::from(base.mesh.is_boundary_vertex(base.mesh.origin(h))));
+    // Comparisons are such that NaN is bad.
+    let checks = [
+        (limits.smallest_corner < m.corner && m.corner < limits.largest_corner, Limit::Corner, m.corner),
+        (m.deviation < limits.facet_deviation, Limit::FacetDeviation, m.deviation),
+        (m.curvature_length < limits.curvature_length, Limit::CurvatureLength, m.curvature_length),
+        (m.valence >= valence, Limit::Valence, m.valence as f64),
+    ];
+    let (face, at) = (base.mesh.face(h), m.at);
+    let violated = checks.into_iter().filter(|(good, ..)| !good);
+    violated.map(move |(_, limit, value)| Violation { limit, face, at, value })
 }
 
 /// Extremes over a whole base mesh, in the units of [`ValidityLimits`].

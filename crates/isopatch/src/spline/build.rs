@@ -9,10 +9,13 @@ use super::vertex::{self, EndWeights, RingCurve, VertexSystem};
 use crate::base::BaseMesh;
 use crate::bernstein::{curve, index};
 use crate::geom::{Point3, Vec3};
-use crate::mesh::{EdgeId, HalfEdgeId, HalfEdgeMesh, VertexId};
+use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh, VertexId};
 use crate::network::QuarticCurve;
 use crate::surface::Target;
 use rayon::prelude::*;
+
+/// Curves, faces or vertices that one task looks at, where there is little to do for each.
+const TASK: usize = 128;
 
 /// How patches are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -294,8 +297,10 @@ fn wanted_mu1(mesh: &HalfEdgeMesh, shape: &ShapeParameters) -> Vec<Option<f64>> 
 
 /// Nets whose boundary rows are the curves, elevated from degree 4 to 7 once for both sides; the rest is zero.
 pub(super) fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point3; NET]> {
-    let elevated: Vec<[Point3; DEGREE + 1]> = curves.iter().map(curve::elevate).collect();
-    mesh.faces()
+    let elevated: Vec<[Point3; DEGREE + 1]> =
+        curves.par_iter().with_min_len(TASK).map(curve::elevate).collect();
+    let faces: Vec<FaceId> = mesh.faces().collect();
+    (faces.into_par_iter().with_min_len(TASK))
         .map(|f| {
             let mut net = [Point3::zeros(); NET];
             for (side, h) in mesh.face_half_edges(f).enumerate() {
@@ -312,18 +317,22 @@ pub(super) fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) ->
 
 /// λ0 and μ0 of every dart, by (15); zero for darts on a boundary.
 pub(super) fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWeights> {
-    let mut weights = vec![EndWeights::default(); 2 * curves.len()];
-    for v in base.mesh.vertices() {
+    let of_vertex = |v: VertexId| {
         let ring = Ring::of(&base.mesh, v);
         let (o, n) = (base.positions[v.index()], base.normals[v.index()]);
         let d: Vec<Vec3> = ring.darts.iter().map(|dart| dart.point(curves, 1) - o).collect();
         let count = d.len();
         let inner = if ring.is_open() { 1..count - 1 } else { 0..count };
-        for i in inner {
-            weights[ring.darts[i].index()] =
-                vertex::end_weights(&d[(i + count - 1) % count], &d[i], &d[(i + 1) % count], &n);
-        }
-    }
+        inner.map(move |i| {
+            let [before, after] = [(i + count - 1) % count, (i + 1) % count];
+            (ring.darts[i], vertex::end_weights(&d[before], &d[i], &d[after], &n))
+        })
+    };
+    let vertices: Vec<VertexId> = base.mesh.vertices().collect();
+    let found: Vec<(Dart, EndWeights)> =
+        vertices.into_par_iter().with_min_len(TASK).flat_map_iter(of_vertex).collect();
+    let mut weights = vec![EndWeights::default(); 2 * curves.len()];
+    found.into_iter().for_each(|(dart, found)| weights[dart.index()] = found);
     weights
 }
 
