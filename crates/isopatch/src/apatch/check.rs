@@ -140,7 +140,7 @@ fn lattice_triangles(n: usize) -> impl Iterator<Item = [[usize; 3]; 3]> {
 }
 
 /// How much a patch turns between the points of a grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 struct Turn {
     /// Does a triangle face away from the normals at its corners, or is there a point missing?
     folds: bool,
@@ -202,8 +202,8 @@ impl NullaryFnOnce for Turning<'_> {
                 let area = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
                 // All in squares: no roots.
                 let (size, longest) = (dot(area, area), dot(u, u).max(dot(v, v)).max(dot(w, w)));
-                // Also where something is not a number.
-                let counts = !(size <= ROUNDED * ROUNDED * longest);
+                // Not where something is not a number: that counts.
+                let is_lost = size <= ROUNDED * ROUNDED * longest;
                 let mean = [0, 1, 2].map(|k| n_a[k] + n_b[k] + n_c[k]);
                 let product = dot(area, mean);
                 let least = 3.0 * SUSPECT;
@@ -213,8 +213,8 @@ impl NullaryFnOnce for Turning<'_> {
                     & (dot(n_a, n_b) > SUSPECT)
                     & (dot(n_b, n_c) > SUSPECT)
                     & (dot(n_c, n_a) > SUSPECT);
-                folds |= u64::from(counts & !is_ahead);
-                suspect |= u64::from(counts & !is_steady);
+                folds |= u64::from(!is_lost & !is_ahead);
+                suspect |= u64::from(!is_lost & !is_steady);
             }
         }
         Turn { folds: folds > 0, suspect: suspect > 0 }
