@@ -6,7 +6,7 @@ use crate::making;
 use crate::render::{self, PictureOptions};
 use clap::ValueEnum;
 use isopatch::base::Repair;
-use isopatch::geom::Point3;
+use isopatch::geom::{Aabb, Point3};
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
 use isopatch::io::{
@@ -14,8 +14,8 @@ use isopatch::io::{
 };
 use isopatch::surface::{Domain, Surface};
 use isopatch::tessellate::{
-    APatchResolution, AdaptedResolution, TessellateOptions, Tessellation, resolution_for, tessellate,
-    tessellate_a_patches, tessellate_hybrid,
+    APatchResolution, APatchTriangles, AdaptedResolution, TessellateOptions, Tessellation, resolution_for,
+    tessellate, tessellate_a_patches, tessellate_hybrid,
 };
 use std::collections::{HashMap, HashSet};
 use std::io::Write;
@@ -266,6 +266,34 @@ fn flattened(model: &NativeModel, style: &Style) -> Result<Tessellation, Failure
     })
 }
 
+/// The flat triangles that files hold.
+enum Flat<'a> {
+    /// There are no such files.
+    Nothing,
+    /// All of them.
+    Mesh(Tessellation),
+    /// Made when they are written, with the box around them.
+    Parts(Box<APatchTriangles<'a>>, Aabb),
+}
+
+/// The triangles for all files that hold some. Those of a .glb alone are made part by part, if there is one normal a point.
+fn flat<'a>(model: &'a NativeModel, files: &[OutputFile], style: &Style) -> Result<Flat<'a>, Failure> {
+    let mut flat = files.iter().filter(|file| is_flat(model, file, style)).peekable();
+    if flat.peek().is_none() {
+        return Ok(Flat::Nothing);
+    }
+    if let NativeSurface::APatches(surface) = &model.surface
+        && flat.all(|file| file.format == Format::Glb)
+    {
+        let triangles = APatchTriangles::new(surface, resolution(model, style)?)?;
+        if triangles.is_smooth() {
+            let bounds = triangles.bounds()?;
+            return Ok(Flat::Parts(Box::new(triangles), bounds));
+        }
+    }
+    flattened(model, style).map(Flat::Mesh)
+}
+
 /// Writes all files under temporary names.
 pub fn write(
     model: &NativeModel,
@@ -274,8 +302,7 @@ pub fn write(
     outputs: &mut Outputs,
 ) -> Result<(), Failure> {
     let time = time_of_writing()?;
-    let any_flat = files.iter().any(|file| is_flat(model, file, style));
-    let mesh = if any_flat { Some(flattened(model, style)?) } else { None };
+    let flat = flat(model, files, style)?;
     let is_picture = |file: &OutputFile| file.format == Format::Png;
     let picture = match files.iter().any(is_picture) {
         true => Some(render::of_model(model, &PictureOptions::default())?),
@@ -284,10 +311,14 @@ pub fn write(
     for file in files {
         outputs.write(&file.path, |out| {
             let mut out = Interruptible(out);
-            match (&mesh, &picture) {
+            let unit = model.provenance.unit;
+            match (&flat, &picture) {
                 (_, Some(image)) if is_picture(file) => png::write_png(image, &mut out),
-                (Some(mesh), _) if is_flat(model, file, style) => {
-                    write_mesh(model.provenance.unit, mesh, file.format, &mut out)
+                (Flat::Mesh(mesh), _) if is_flat(model, file, style) => {
+                    write_mesh(unit, mesh, file.format, &mut out)
+                }
+                (Flat::Parts(triangles, bounds), _) if is_flat(model, file, style) => {
+                    gltf::write_glb_of_a_patches(triangles, bounds, &gltf::GlbOptions { unit }, &mut out)
                 }
                 _ => write_patches(model, file, style, time, &mut out),
             }

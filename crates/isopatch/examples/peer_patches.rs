@@ -26,7 +26,7 @@ use std::io::{self, BufRead, BufWriter, Write};
 type Answer = Result<String, Box<dyn Error>>;
 
 /// As the command line buffers its files.
-const BUFFER: usize = 1 << 18;
+const BUFFER: usize = 1 << 16;
 
 const TORUS: &str = "(sqrt(x^2+y^2)-5)^2+z^2-1";
 

@@ -106,7 +106,9 @@ pub fn surfaces() -> &'static [Entry] {
 
 /// The surface of that name.
 pub fn surface(name: &str) -> Option<&'static Entry> {
-    surfaces().iter().find(|entry| entry.name == name)
+    // No file is read for a name that there is not.
+    let is_known = FILES.iter().any(|(known, _)| *known == name);
+    if is_known { surfaces().iter().find(|entry| entry.name == name) } else { None }
 }
 
 /// A file of the folder `models`, as it is written.

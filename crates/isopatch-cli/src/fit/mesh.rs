@@ -1,6 +1,6 @@
 //! `isopatch fit` of a mesh: rational A-patches, over triangles or over polygons.
 
-use super::{finish, free, style};
+use super::{finish, free, style, write_unmeasured};
 use crate::arguments::{FitOptions, FreeValues, Recipe};
 use crate::failure::Failure;
 use crate::making;
@@ -93,12 +93,6 @@ impl From<Fitted> for Made {
             }
         }
     }
-}
-
-/// Writes the files of a run that nobody wants a word about.
-fn write_unmeasured(model: &NativeModel, options: &FitOptions, progress: Progress) -> Result<(), Failure> {
-    progress.stage("files");
-    outputs::write_all(model, &options.output, &style(options))
 }
 
 fn recipe(options: &FitOptions) -> Result<HybridRecipe, Failure> {

@@ -1,6 +1,6 @@
 //! `isopatch fit` of a mesh: a spline through its vertices.
 
-use super::{finish, weakest};
+use super::{finish, is_read, weakest, write_unmeasured};
 use crate::arguments::FitOptions;
 use crate::failure::Failure;
 use crate::making;
@@ -29,15 +29,19 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     drop(mesh);
     seconds.append(&fitted.seconds);
 
+    let input = path.display().to_string();
+    let provenance = making::of_mesh_spline(&input, options, fitted.surface.base.diagonal())?;
+    let with = |surface| NativeModel { surface: NativeSurface::Spline(Box::new(surface)), provenance };
+    if !is_read(options) {
+        return write_unmeasured(&with(fitted.surface), options, progress);
+    }
+
     progress.stage("inspection");
     let surface = &fitted.surface;
     let inspection =
         seconds.measure("inspection", || inspect(surface, &surface.base, None, &InspectOptions::default()));
-    let input = path.display().to_string();
     let mut report = Report { seconds, ..describe(&input, options, &fitted, &inspection) };
-    let provenance = making::of_mesh_spline(&input, options, inspection.diagonal)?;
-    let model = NativeModel { surface: NativeSurface::Spline(Box::new(fitted.surface)), provenance };
-    finish(&model, options, &mut report, progress)
+    finish(&with(fitted.surface), options, &mut report, progress)
 }
 
 fn describe(input: &str, options: &FitOptions, fitted: &FittedMeshSpline, inspection: &Inspection) -> Report {

@@ -60,6 +60,17 @@ fn style(options: &FitOptions) -> Style {
     Style::new(options.resolution, options.chord, options.cells)
 }
 
+/// Does anyone read what is measured on the surface?
+fn is_read(options: &FitOptions) -> bool {
+    options.report.is_some() || !options.quiet
+}
+
+/// Writes the files of a run that nobody wants a word about.
+fn write_unmeasured(model: &NativeModel, options: &FitOptions, progress: Progress) -> Result<(), Failure> {
+    progress.stage("files");
+    outputs::write_all(model, &options.output, &style(options))
+}
+
 /// Writes the files and prints the summary.
 fn finish(
     model: &NativeModel,

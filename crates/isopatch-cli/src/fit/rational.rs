@@ -1,6 +1,6 @@
 //! `isopatch fit` of a mesh: rational patches through its vertices.
 
-use super::{finish, weakest};
+use super::{finish, is_read, weakest, write_unmeasured};
 use crate::arguments::{FitOptions, Recipe};
 use crate::failure::Failure;
 use crate::making;
@@ -36,11 +36,17 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
     drop(mesh);
     seconds.append(&fitted.seconds);
 
-    progress.stage("inspection");
     let FittedRational { surface, normals, repairs, .. } = fitted;
+    let input = path.display().to_string();
+    let provenance = making::of_rational_mesh(&input, options, normals.name(), surface.diagonal())?;
+    let with = |surface| NativeModel { surface: NativeSurface::Rational(Box::new(surface)), provenance };
+    if !is_read(options) {
+        return write_unmeasured(&with(surface), options, progress);
+    }
+
+    progress.stage("inspection");
     let inspection =
         seconds.measure("inspection", || inspect_rational(&surface, None, &InspectOptions::default()));
-    let input = path.display().to_string();
     let unit = options.unit.unwrap_or_default();
     let described = describe(&input, unit.symbol(), &surface, &inspection);
     let figures = described
@@ -49,9 +55,7 @@ pub fn run(path: &Path, options: &FitOptions) -> Result<(), Failure> {
         .map(|of| RationalReport { normals: Some(normals.name().to_owned()), ..of });
     let mut report =
         Report { method: Some("rational".to_owned()), rational: figures, repairs, seconds, ..described };
-    let provenance = making::of_rational_mesh(&input, options, normals.name(), inspection.common.diagonal)?;
-    let model = NativeModel { surface: NativeSurface::Rational(Box::new(surface)), provenance };
-    finish(&model, options, &mut report, progress)
+    finish(&with(surface), options, &mut report, progress)
 }
 
 /// What is known of a surface of rational patches, however it came to be.

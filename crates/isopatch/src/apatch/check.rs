@@ -2,9 +2,11 @@
 
 use super::build::APatchFunction;
 use super::grid::{EdgeTable, FaceTable, GridOut};
+use super::lanes::LANES;
 use crate::bernstein::{index, triangle};
-use crate::geom::{Point3, Points, Vec3};
+use crate::geom::{Points, Vec3};
 use crate::mesh::{EdgeId, FaceId};
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -70,28 +72,46 @@ impl Grid {
         }
     }
 
-    fn on_face(&self, function: &APatchFunction, f: FaceId) -> Turn {
+    fn on_face(&self, function: &APatchFunction, f: FaceId, room: &mut Room) -> Turn {
         let Some(face) = function.creased_face(f) else {
-            let count = self.faces.len();
-            let (mut points, mut normals) = (Points::zeros(count), Points::zeros(count));
-            self.faces.evaluate(function, f, &mut out(&mut points, &mut normals));
-            return Turn::of(function, &points, &normals, &self.face_triangles);
+            self.faces.evaluate(function, f, &mut room.of(self.faces.len()));
+            return room.turn(function, &self.face_triangles);
         };
         let (at, triangles) = &self.creased;
-        let (mut points, mut normals) = (Points::zeros(at.len()), Points::zeros(at.len()));
+        let mut out = room.of(at.len());
         for (i, x) in at.iter().enumerate() {
             let nan = Vec3::repeat(f64::NAN);
             let (point, normal) = face.sample(*x).map_or((nan, nan), |s| (s.point, s.normal));
-            points.set(i, point);
-            normals.set(i, normal);
+            out.set(i, point, normal);
         }
-        Turn::of(function, &points, &normals, triangles)
+        room.turn(function, triangles)
     }
 
-    fn on_edge(&self, function: &APatchFunction, e: EdgeId) -> Turn {
-        let (mut points, mut normals) = (Points::zeros(self.edges.len()), Points::zeros(self.edges.len()));
-        self.edges.evaluate(function, e, &mut out(&mut points, &mut normals));
-        Turn::of(function, &points, &normals, &self.edge_triangles)
+    fn on_edge(&self, function: &APatchFunction, e: EdgeId, room: &mut Room) -> Turn {
+        self.edges.evaluate(function, e, &mut room.of(self.edges.len()));
+        room.turn(function, &self.edge_triangles)
+    }
+}
+
+/// Memory for the points of a patch.
+#[derive(Default)]
+struct Room {
+    points: Points,
+    normals: Points,
+}
+
+impl Room {
+    /// To be filled with so many points.
+    fn of(&mut self, count: usize) -> GridOut<'_> {
+        self.points.resize(count);
+        self.normals.resize(count);
+        GridOut { points: self.points.view_mut(), normals: Some(self.normals.view_mut()) }
+    }
+
+    /// How much these triangles turn.
+    fn turn(&self, function: &APatchFunction, triangles: &[[usize; 3]]) -> Turn {
+        let scale = function.hull().data().diagonal().recip();
+        Arch::new().dispatch(Turning { points: &self.points, normals: &self.normals, triangles, scale })
     }
 }
 
@@ -119,10 +139,6 @@ fn lattice_triangles(n: usize) -> impl Iterator<Item = [[usize; 3]; 3]> {
     upright.chain(inverted)
 }
 
-fn out<'a>(points: &'a mut Points, normals: &'a mut Points) -> GridOut<'a> {
-    GridOut { points: points.view_mut(), normals: Some(normals.view_mut()) }
-}
-
 /// How much a patch turns between the points of a grid.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
@@ -132,26 +148,76 @@ struct Turn {
     suspect: bool,
 }
 
-impl Turn {
-    fn of(function: &APatchFunction, points: &Points, normals: &Points, triangles: &[[usize; 3]]) -> Self {
-        let least = ROUNDED * function.hull().data().diagonal();
-        let mut turn = Self { folds: false, suspect: false };
-        for t in triangles {
-            let [a, b, c]: [Point3; 3] = t.map(|i| points.get(i));
-            let [n_a, n_b, n_c]: [Vec3; 3] = t.map(|i| normals.get(i));
-            let area = (b - a).cross(&(c - a));
-            let size = area.norm();
-            let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-            // Also where something is not a number.
-            if size <= least * longest {
-                continue;
+/// The triangles of a grid with its points, to be looked at in lanes.
+struct Turning<'a> {
+    points: &'a Points,
+    normals: &'a Points,
+    triangles: &'a [[usize; 3]],
+    /// Makes lengths relative to the diagonal of the model.
+    scale: f64,
+}
+
+/// The corners of a lane of triangles by coordinates.
+type Corners = [[[f64; LANES]; 3]; 3];
+
+impl Turning<'_> {
+    /// The triangles of a lane, the last one repeated to fill it.
+    #[inline(always)]
+    fn corners(of: &Points, triangles: &[[usize; 3]]) -> Corners {
+        let mut corners = [[[0.0; LANES]; 3]; 3];
+        for i in 0..LANES {
+            let triangle = triangles[i.min(triangles.len() - 1)];
+            for (corner, at) in corners.iter_mut().zip(triangle) {
+                (corner[0][i], corner[1][i], corner[2][i]) = (of.x[at], of.y[at], of.z[at]);
             }
-            let product = area.dot(&(n_a + n_b + n_c)) / (3.0 * size);
-            let between = n_a.dot(&n_b).min(n_b.dot(&n_c)).min(n_c.dot(&n_a));
-            turn.folds |= product.is_nan() || product <= 0.0;
-            turn.suspect |= !(product > SUSPECT && between > SUSPECT);
         }
-        turn
+        corners
+    }
+}
+
+#[inline(always)]
+fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl NullaryFnOnce for Turning<'_> {
+    type Output = Turn;
+
+    #[inline(always)]
+    fn call(self) -> Turn {
+        let (mut folds, mut suspect) = (0u64, 0u64);
+        for triangles in self.triangles.chunks(LANES) {
+            let p = Self::corners(self.points, triangles);
+            let n = Self::corners(self.normals, triangles);
+            for i in 0..LANES {
+                let [a, b, c] = [0, 1, 2].map(|k| [p[k][0][i], p[k][1][i], p[k][2][i]]);
+                let [n_a, n_b, n_c] = [0, 1, 2].map(|k| [n[k][0][i], n[k][1][i], n[k][2][i]]);
+                let sides = [minus(b, a), minus(c, b), minus(c, a)];
+                let [u, v, w] = sides.map(|side| side.map(|x| self.scale * x));
+                let area = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
+                // All in squares: no roots.
+                let (size, longest) = (dot(area, area), dot(u, u).max(dot(v, v)).max(dot(w, w)));
+                // Not where something is not a number: that counts.
+                let is_lost = size <= ROUNDED * ROUNDED * longest;
+                let mean = [0, 1, 2].map(|k| n_a[k] + n_b[k] + n_c[k]);
+                let product = dot(area, mean);
+                let least = 3.0 * SUSPECT;
+                let is_ahead = product > 0.0;
+                let is_steady = is_ahead
+                    & (product * product > least * least * size)
+                    & (dot(n_a, n_b) > SUSPECT)
+                    & (dot(n_b, n_c) > SUSPECT)
+                    & (dot(n_c, n_a) > SUSPECT);
+                folds |= u64::from(!is_lost & !is_ahead);
+                suspect |= u64::from(!is_lost & !is_steady);
+            }
+        }
+        Turn { folds: folds > 0, suspect: suspect > 0 }
     }
 }
 
@@ -160,17 +226,18 @@ pub(super) fn folded(function: &APatchFunction, among: &Patches, closely: bool) 
     // Mostly nothing is suspect, and the tables of the fine grid take as long as many patches.
     let (coarse, fine) = (Grid::new(COARSE), LazyLock::new(|| Grid::new(FINE)));
     let hull = function.hull();
-    let face = |f: &FaceId| {
-        (closely || hull.is_delicate(*f) || coarse.on_face(function, *f).suspect)
-            && fine.on_face(function, *f).folds
+    let face = |room: &mut Room, f: &FaceId| {
+        let suspect = closely || hull.is_delicate(*f) || coarse.on_face(function, *f, room).suspect;
+        (suspect && fine.on_face(function, *f, room).folds).then_some(*f)
     };
-    let edge = |e: &EdgeId| {
-        (closely || hull.is_delicate_edge(*e) || coarse.on_edge(function, *e).suspect)
-            && fine.on_edge(function, *e).folds
+    let edge = |room: &mut Room, e: &EdgeId| {
+        let suspect = has_patch(function, *e)
+            && (closely || hull.is_delicate_edge(*e) || coarse.on_edge(function, *e, room).suspect);
+        (suspect && fine.on_edge(function, *e, room).folds).then_some(*e)
     };
     Patches {
-        faces: among.faces.par_iter().copied().filter(face).collect(),
-        edges: among.edges.par_iter().copied().filter(|e| has_patch(function, *e) && edge(e)).collect(),
+        faces: among.faces.par_iter().map_init(Room::default, face).flatten_iter().collect(),
+        edges: among.edges.par_iter().map_init(Room::default, edge).flatten_iter().collect(),
     }
 }
 

@@ -17,7 +17,9 @@ pub struct OutputError {
 
 /// Several output files that are all written under temporary names first, and then all renamed.
 ///
-/// Dropped without [`Outputs::commit`], it removes the temporary files and leaves older files as they were.
+/// Dropped without [`Outputs::commit`], it removes the temporary files and leaves older files as they were. When the bytes reach
+/// the disk is left to the system: that no program which fails or is interrupted destroys an older file is promised, that no crash
+/// of the machine does is not.
 #[derive(Debug, Default)]
 pub struct Outputs {
     pending: Vec<Pending>,
@@ -32,7 +34,7 @@ struct Pending {
 /// What a temporary name ends in.
 const TEMPORARY: &str = "isopatch.tmp";
 /// Bytes that are written at a time.
-const BUFFER: usize = 1 << 18;
+const BUFFER: usize = 1 << 16;
 /// Temporary names that are tried: leftovers of interrupted runs take some.
 const ATTEMPTS: u32 = 1000;
 
@@ -65,10 +67,7 @@ impl Outputs {
         self.pending.push(Pending { temporary, target });
         let mut file = BufWriter::with_capacity(BUFFER, file);
         write(&mut file)?;
-        file.flush()?;
-        // The bytes have to be on the disk before the name is, or a crash could leave an empty file.
-        file.get_ref().sync_all()?;
-        Ok(())
+        Ok(file.flush()?)
     }
 
     /// Renames all files to their final names, replacing older ones.

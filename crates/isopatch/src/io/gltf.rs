@@ -1,12 +1,13 @@
 //! Binary glTF 2.0.
 
-use super::text::write_items;
+use super::text::{write_items, write_items_with};
 use super::{ThinParts, Unit, WriteError, error};
-use crate::geom::{Aabb, Point3, Vec3};
-use crate::tessellate::Tessellation;
+use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::tessellate::{APatchTriangles, Tessellation};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::io::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// How to write a .glb file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,8 +54,62 @@ pub fn write_glb_with(
     let more = [(POINTS, &thin.points), (LINES, &lines)];
     let binary =
         mesh.positions.len() * 24 + mesh.triangles.len() * 12 + (thin.points.len() + lines.len()) * 12;
-    let mut scene = scene(mesh, &bounds, &center, options.unit);
+    let counts = [mesh.positions.len(), mesh.triangles.len()];
+    let mut scene = scene(counts, &bounds, &center, options.unit);
     more.iter().for_each(|(mode, points)| add_primitive(&mut scene, *mode, points, &center));
+    write_head(&scene, binary, out)?;
+    write_items(out, mesh.positions.len(), |v, bytes| {
+        push_vector(bytes, relative(&mesh.positions[v], &center))
+    })?;
+    write_items(out, mesh.normals.len(), |v, bytes| {
+        push_vector(bytes, relative(&mesh.normals[v], &Vec3::zeros()));
+    })?;
+    write_items(out, mesh.triangles.len(), |t, bytes| push_triangle(bytes, mesh.triangles[t]))?;
+    for (_, points) in more {
+        write_items(out, points.len(), |v, bytes| push_vector(bytes, relative(&points[v], &center)))?;
+    }
+    Ok(())
+}
+
+/// Writes A-patches without creases, as [`write_glb`] writes their tessellation, whose `bounds` are given. Parts are made when their
+/// bytes are due: there is never the whole mesh, and what that would take in memory takes longer than to compute points again.
+pub fn write_glb_of_a_patches(
+    triangles: &APatchTriangles<'_>,
+    bounds: &Aabb,
+    options: &GlbOptions,
+    out: &mut impl Write,
+) -> Result<(), WriteError> {
+    let center = bounds.center();
+    let counts = [triangles.point_count(), triangles.triangle_count()];
+    write_head(&scene(counts, bounds, &center, options.unit), counts[0] * 24 + counts[1] * 12, out)?;
+    let room = || [Points::default(), Points::default()];
+    write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
+        triangles.points(part, false, points, normals);
+        (0..points.len()).for_each(|i| push_vector(bytes, relative(&points.get(i), &center)));
+    })?;
+    // The first normal that is none.
+    let bad = AtomicUsize::new(usize::MAX);
+    write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
+        triangles.points(part, true, points, normals);
+        for i in 0..normals.len() {
+            let normal = normals.get(i);
+            if !(normal.x.is_finite() & normal.y.is_finite() & normal.z.is_finite()) {
+                bad.fetch_min(triangles.first_point(part) + i, Ordering::Relaxed);
+            }
+            push_vector(bytes, relative(&normal, &Vec3::zeros()));
+        }
+    })?;
+    match bad.into_inner() {
+        usize::MAX => {}
+        index => return Err(WriteError::NotFinite { what: "vertex", index }),
+    }
+    Ok(write_items_with(out, triangles.triangle_parts(), Vec::new, |numbers, part, bytes| {
+        triangles.part_triangles(part, numbers, |t| push_triangle(bytes, t));
+    })?)
+}
+
+/// Writes all that comes before the binary data, of which there are so many bytes.
+fn write_head(scene: &Value, binary: usize, out: &mut impl Write) -> Result<(), WriteError> {
     let mut scene = scene.to_string().into_bytes();
     // Chunks are padded to four bytes, JSON with spaces.
     scene.resize(scene.len().next_multiple_of(4), b' ');
@@ -72,19 +127,21 @@ pub fn write_glb_with(
     out.write_all(&scene)?;
     out.write_all(&(binary as u32).to_le_bytes())?;
     out.write_all(BINARY_CHUNK)?;
-    let single =
-        |bytes: &mut Vec<u8>, v: [f32; 3]| v.iter().for_each(|c| bytes.extend_from_slice(&c.to_le_bytes()));
-    write_items(out, mesh.positions.len(), |v, bytes| single(bytes, relative(&mesh.positions[v], &center)))?;
-    write_items(out, mesh.normals.len(), |v, bytes| {
-        single(bytes, relative(&mesh.normals[v], &Vec3::zeros()))
-    })?;
-    write_items(out, mesh.triangles.len(), |t, bytes| {
-        mesh.triangles[t].iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
-    })?;
-    for (_, points) in more {
-        write_items(out, points.len(), |v, bytes| single(bytes, relative(&points[v], &center)))?;
-    }
     Ok(())
+}
+
+fn push_vector(bytes: &mut Vec<u8>, v: [f32; 3]) {
+    push_words(bytes, v.map(f32::to_bits));
+}
+
+fn push_triangle(bytes: &mut Vec<u8>, triangle: [u32; 3]) {
+    push_words(bytes, triangle);
+}
+
+/// Little-endian, at once: each addition to a vector asks whether there is room.
+fn push_words(bytes: &mut Vec<u8>, words: [u32; 3]) {
+    let [a, b, c] = words.map(u32::to_le_bytes);
+    bytes.extend_from_slice(&[a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1], c[2], c[3]]);
 }
 
 /// Adds points of a drawing mode after what the scene has; nothing where there are none, or no triangles.
@@ -119,8 +176,8 @@ fn relative(p: &Vec3, center: &Vec3) -> [f32; 3] {
     [r.x as f32, r.y as f32, r.z as f32]
 }
 
-fn scene(mesh: &Tessellation, bounds: &Aabb, center: &Vec3, unit: Unit) -> Value {
-    let (vertices, indices) = (mesh.positions.len(), 3 * mesh.triangles.len());
+fn scene([vertices, triangles]: [usize; 2], bounds: &Aabb, center: &Vec3, unit: Unit) -> Value {
+    let indices = 3 * triangles;
     let generator = concat!("isopatch ", env!("CARGO_PKG_VERSION"));
     let mut document = json!({
         "asset": { "version": "2.0", "generator": generator },
@@ -158,8 +215,30 @@ fn scene(mesh: &Tessellation, bounds: &Aabb, center: &Vec3, unit: Unit) -> Value
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::apatch::{self, APatchOptions, APatchSurface};
     use crate::golden::{scaled, sphere};
-    use crate::tessellate::{TessellateOptions, tessellate};
+    use crate::hull::test_meshes::{quadrics, torus};
+    use crate::hull::{self, HullOptions};
+    use crate::tessellate::{APatchResolution, TessellateOptions, tessellate, tessellate_a_patches};
+
+    #[test]
+    fn parts_give_the_bytes_of_the_whole() {
+        let open = quadrics().into_iter().map(|(_, _, data)| data);
+        for data in std::iter::once(torus([16, 10])).chain(open) {
+            let hull = hull::build(data, &HullOptions::default());
+            let surface = APatchSurface::new(apatch::build(hull, &APatchOptions::default()));
+            for (along, across) in [(1, 1), (2, 1), (3, 2), (8, 2)] {
+                let (resolution, options) = (APatchResolution { along, across }, GlbOptions::default());
+                let triangles = APatchTriangles::new(&surface, resolution).unwrap();
+                let (mut whole, mut parts) = (Vec::new(), Vec::new());
+                write_glb(&tessellate_a_patches(&surface, resolution).unwrap(), &options, &mut whole)
+                    .unwrap();
+                let bounds = triangles.bounds().unwrap();
+                write_glb_of_a_patches(&triangles, &bounds, &options, &mut parts).unwrap();
+                assert!(triangles.is_smooth() && whole == parts, "{along} {across}");
+            }
+        }
+    }
 
     #[test]
     fn chunks_fill_the_file_and_positions_are_relative() {

@@ -6,21 +6,23 @@ use std::io::{self, Write};
 /// Bytes that a buffer is to hold: enough to keep a thread busy and to pass by the buffer of a file, few enough to stay in the
 /// cache.
 const BYTES_PER_BUFFER: usize = 1 << 18;
+/// Memory of a buffer: the last item reaches beyond, and items differ in length.
+const ROOM: usize = BYTES_PER_BUFFER / 4 * 5;
 /// Items of the first buffers, before it is known how long they are.
 const FIRST_ITEMS: usize = 32;
 /// Buffers a thread that are filled before they are written.
 const BUFFERS_PER_THREAD: usize = 2;
 
-/// Bytes that an exponent can take at the end of a number, as in e-308.
-const EXPONENT: usize = 5;
+/// Sizes of numbers that are written without an exponent in any case.
+const PLAIN: std::ops::Range<f64> = 1e-4..1e15;
 
 /// Appends the shortest decimal that reads back as `x`, as ISO 10303-21 wants a REAL: with a point, exponent E.
 pub fn push_real(text: &mut Vec<u8>, x: f64) {
     let mut buffer = zmij::Buffer::new();
     let digits = buffer.format_finite(x);
-    let end = digits.len().saturating_sub(EXPONENT);
-    match digits.as_bytes()[end..].contains(&b'e').then(|| digits.split_once('e')).flatten() {
-        None => text.extend_from_slice(digits.as_bytes()),
+    let is_plain = PLAIN.contains(&x.abs());
+    match (!is_plain).then(|| digits.split_once('e')).flatten() {
+        None => push_word(text, digits.as_bytes()),
         Some((mantissa, exponent)) => {
             text.extend_from_slice(mantissa.as_bytes());
             if !mantissa.contains('.') {
@@ -34,23 +36,56 @@ pub fn push_real(text: &mut Vec<u8>, x: f64) {
 
 /// Appends the shortest decimal that reads back as `x`.
 pub fn push_float(text: &mut Vec<u8>, x: f64) {
-    text.extend_from_slice(zmij::Buffer::new().format_finite(x).as_bytes());
+    push_word(text, zmij::Buffer::new().format_finite(x).as_bytes());
 }
+
+/// Bytes that are copied at once.
+const CHUNK: usize = 16;
+
+/// Appends a word. Most numbers are longer than a chunk and shorter than two: two chunks that overlap need no call.
+fn push_word(text: &mut Vec<u8>, word: &[u8]) {
+    match (word.first_chunk::<CHUNK>(), word.last_chunk::<CHUNK>()) {
+        (Some(first), Some(last)) if word.len() <= 2 * CHUNK => {
+            let end = text.len() + word.len();
+            text.extend_from_slice(first);
+            text.extend_from_slice(last);
+            text[end - CHUNK..end].copy_from_slice(last);
+            text.truncate(end);
+        }
+        _ => text.extend_from_slice(word),
+    }
+}
+
+/// The largest 64-bit number has 20 digits.
+const MOST_DIGITS: usize = 20;
+
+/// 00 to 99.
+const PAIRS: [[u8; 2]; 100] = {
+    let mut pairs = [[0; 2]; 100];
+    let mut n = 0;
+    while n < pairs.len() {
+        pairs[n] = [b'0' + n as u8 / 10, b'0' + n as u8 % 10];
+        n += 1;
+    }
+    pairs
+};
 
 /// Appends an unsigned integer.
 pub fn push_integer(text: &mut Vec<u8>, mut n: u64) {
-    // The largest 64-bit number has 20 digits.
-    let mut digits = [0u8; 20];
-    let mut start = digits.len();
-    loop {
-        start -= 1;
-        digits[start] = b'0' + (n % 10) as u8;
-        n /= 10;
-        if n == 0 {
-            break;
-        }
+    let start = text.len();
+    let mut at = start + n.checked_ilog10().map_or(1, |log| log as usize + 1);
+    let end = at;
+    text.extend_from_slice(&[b'0'; MOST_DIGITS]);
+    while n >= 100 {
+        text[at - 2..at].copy_from_slice(&PAIRS[(n % 100) as usize]);
+        n /= 100;
+        at -= 2;
     }
-    text.extend_from_slice(&digits[start..]);
+    match at - start {
+        1 => text[start] = b'0' + n as u8,
+        _ => text[start..start + 2].copy_from_slice(&PAIRS[n as usize]),
+    }
+    text.truncate(end);
 }
 
 /// Writes items 0 … `count` − 1 in order, each as `format` appends it, formatting in parallel.
@@ -59,19 +94,40 @@ pub fn write_items(
     count: usize,
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
+    write_items_with(out, count, || (), |(), item, text| format(item, text))
+}
+
+/// The same with something that `format` works in, which is made once a buffer.
+pub fn write_items_with<R>(
+    out: &mut impl Write,
+    count: usize,
+    room: impl Fn() -> R + Sync,
+    format: impl Fn(&mut R, usize, &mut Vec<u8>) + Sync,
+) -> io::Result<()> {
     let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
         buffer.clear();
-        items.for_each(|item| format(item, buffer));
+        let mut room = room();
+        items.for_each(|item| format(&mut room, item, buffer));
     };
     // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
     // not depend on the number of threads.
-    let mut first = Vec::new();
-    fill(&mut first, 0..count.min(FIRST_ITEMS));
-    out.write_all(&first)?;
-    let items = (FIRST_ITEMS * BYTES_PER_BUFFER).div_ceil(first.len().max(FIRST_ITEMS));
-    let most = BUFFERS_PER_THREAD * rayon::current_num_threads();
-    let mut buffers = vec![first; most.min(count.saturating_sub(FIRST_ITEMS).div_ceil(items))];
-    for start in (FIRST_ITEMS..count).step_by(most * items) {
+    let (mut buffer, mut first) = (Vec::with_capacity(ROOM), 0);
+    let mut room_of_first = room();
+    while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
+        format(&mut room_of_first, first, &mut buffer);
+        first += 1;
+    }
+    out.write_all(&buffer)?;
+    let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
+    // One thread alone writes a buffer while it is in the cache.
+    let most = match rayon::current_num_threads() {
+        1 => 1,
+        threads => BUFFERS_PER_THREAD * threads,
+    };
+    let wanted = most.min(count.saturating_sub(first).div_ceil(items));
+    let more = (1..wanted).map(|_| Vec::with_capacity(ROOM));
+    let mut buffers: Vec<Vec<u8>> = std::iter::once(buffer).chain(more).collect();
+    for start in (first..count).step_by(most * items) {
         let used = most.min((count - start).div_ceil(items));
         buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
             let first = start + b * items;
@@ -100,11 +156,14 @@ mod tests {
             assert_eq!(text.parse::<f64>().unwrap().to_bits(), x.to_bits(), "{text}");
         }
         assert_eq!((real(1.0), real(1e-7)), ("1.0".into(), "1.E-7".into()));
+        for x in [PLAIN.start, 1.23e-4, PLAIN.end.next_down(), 9.0e14] {
+            assert!(!zmij::Buffer::new().format_finite(x).contains('e'), "{x:e}");
+        }
     }
 
     #[test]
     fn integers_are_decimal() {
-        for n in [0, 7, 10, 1234567890, u64::MAX] {
+        for n in [0, 7, 10, 99, 100, 999, 1000, 12345, 1234567890, u64::MAX] {
             let mut text = Vec::new();
             push_integer(&mut text, n);
             assert_eq!(text, n.to_string().into_bytes());

@@ -108,7 +108,9 @@ pub fn fit(
         }));
         Ok(Fitted::Triangles(Box::new(fitted)))
     };
-    if recipe.polygons == Polygons::Split && recipe.triangle_element == TriangleElement::Triangle {
+    // Repairs make no polygons of triangles.
+    let is_cut = recipe.polygons == Polygons::Split || mesh.faces.iter().all(|f| f.len() <= 3);
+    if is_cut && recipe.triangle_element == TriangleElement::Triangle {
         return over_triangles(None);
     }
     let mut seconds = Seconds::default();

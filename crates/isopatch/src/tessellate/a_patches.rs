@@ -5,7 +5,7 @@ use super::{SharingError, TessellateError, Tessellation};
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchSurface, CreasedFace};
 use crate::bernstein::{index, triangle};
-use crate::geom::{Point3, Vec3};
+use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::PatchId;
 use rayon::prelude::*;
@@ -38,23 +38,15 @@ pub fn tessellate_a_patches(
     surface: &APatchSurface,
     resolution: APatchResolution,
 ) -> Result<Tessellation, TessellateError> {
-    let APatchResolution { along: n, across: m } = resolution;
-    for resolution in [n, m] {
-        if resolution == 0 || resolution > MAX_INTERVALS {
-            return Err(TessellateError::Resolution { resolution });
-        }
+    let flattened = APatchTriangles::new(surface, resolution)?;
+    let (positions, mut normals) = flattened.samples();
+    if !are_finite(&positions) {
+        let at = positions.iter().position(|p| !p.iter().all(|c| c.is_finite())).unwrap_or_default();
+        return Err(flattened.no_root(at));
     }
-    let numbering = Numbering::new(surface, n, m)?;
-    let (mut positions, mut normals) = corners(surface);
-    let corners = positions.len();
-    positions.resize(numbering.count(), Point3::zeros());
-    normals.resize(numbering.count(), Vec3::zeros());
-    sample(surface, &numbering, &mut positions[corners..], &mut normals[corners..]);
-    if let Some(at) = positions.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        return Err(TessellateError::NoRoot { patch: numbering.patch_of(surface, at).0 });
-    }
-    let (triangles, patches) = numbering.triangles(surface);
-    let corner_normals = crease_normals::number(surface, n, &triangles, &patches, &mut normals);
+    let (triangles, patches) = flattened.triangles();
+    let corner_normals =
+        crease_normals::number(surface, resolution.along, &triangles, &patches, &mut normals);
     Ok(Tessellation { positions, normals, triangles, corner_normals, patches })
 }
 
@@ -100,6 +92,16 @@ impl Numbering {
         Ok(Self { n, m, edge_start, patch, faces: mesh.face_count(), interior })
     }
 
+    /// Weights of the start and the end of an edge in point i. Both are quotients, so that they are the same seen from either end.
+    fn weights(&self, i: usize) -> [f64; 2] {
+        [(self.n - i) as f64 / self.n as f64, i as f64 / self.n as f64]
+    }
+
+    /// Number of points of an edge.
+    fn length(&self, e: usize) -> usize {
+        (self.edge_start[e + 1] - self.edge_start[e]) as usize
+    }
+
     /// Number of points.
     fn count(&self) -> usize {
         self.faces_start() as usize + self.faces * self.interior
@@ -137,43 +139,6 @@ impl Numbering {
         number_net(self.n, sides.map(|h| mesh.origin(h).0), on_edge, inside, numbers);
     }
 
-    fn triangles(&self, surface: &APatchSurface) -> (Vec<[u32; 3]>, Vec<PatchId>) {
-        let mesh = surface.function().hull().data().mesh();
-        let small: Vec<[usize; 3]> =
-            super::small_triangles(self.n).iter().map(|t| t.map(index::position)).collect();
-        let over_edges: Vec<_> = surface.square_edges().iter().zip(mesh.face_count() as u32..).collect();
-        // Both ends of the patch over an edge are points, where half of the triangles have no area.
-        let of_edge = 2 * self.m * self.n - 2 * self.m;
-        let (in_faces, in_edges) = (self.faces * small.len(), over_edges.len() * of_edge);
-        let mut triangles = vec![[0; 3]; in_faces + in_edges];
-        let mut patches = vec![PatchId(0); triangles.len()];
-        let (over_face, over_edge) = triangles.split_at_mut(in_faces);
-        let room = || vec![0; index::count(self.n)];
-        over_face.par_chunks_mut(small.len()).enumerate().for_each_init(room, |numbers, (f, out)| {
-            self.on_face(mesh, f.into(), numbers);
-            out.iter_mut().zip(&small).for_each(|(t, local)| *t = local.map(|at| numbers[at]));
-        });
-        over_edge.par_chunks_mut(of_edge.max(1)).zip(&over_edges).for_each(|(out, (e, _))| {
-            let at = |i, j| self.on_edge(mesh, **e, i, j);
-            let cells = (0..self.n).flat_map(|i| (0..self.m).map(move |j| (i, j)));
-            let halves = cells.flat_map(|(i, j)| {
-                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                [[a, b, c], [a, c, d]]
-            });
-            let with_area = halves.filter(|[a, b, c]| a != b && b != c && c != a);
-            out.iter_mut().zip(with_area).for_each(|(out, t)| *out = t);
-        });
-        patches[..in_faces]
-            .chunks_mut(small.len())
-            .zip(mesh.faces())
-            .for_each(|(of_face, f)| of_face.fill(PatchId(f.0)));
-        patches[in_faces..]
-            .chunks_mut(of_edge.max(1))
-            .zip(&over_edges)
-            .for_each(|(of_edge, (_, patch))| of_edge.fill(PatchId(*patch)));
-        (triangles, patches)
-    }
-
     /// The patch that a point was evaluated with.
     fn patch_of(&self, surface: &APatchSurface, point: usize) -> PatchId {
         let mesh = surface.function().hull().data().mesh();
@@ -188,61 +153,261 @@ impl Numbering {
     }
 }
 
-/// Points and normals of the edges, then of the interiors of the faces; NaN where the function has no zero on a ray.
-fn sample(surface: &APatchSurface, numbering: &Numbering, points: &mut [Point3], normals: &mut [Vec3]) {
-    let (n, m) = (numbering.n, numbering.m);
-    let function = surface.function();
-    let mesh = function.hull().data().mesh();
-    // Both weights as quotients, so that they are the same seen from either end.
-    let weights = |i: usize| [(n - i) as f64 / n as f64, i as f64 / n as f64];
-    let over_edge: Vec<[f64; 3]> = (1..n)
-        .flat_map(|i| (0..=m).map(move |j| (i, j)))
-        .map(|(i, j)| [weights(i)[0], weights(i)[1], j as f64 / m as f64])
-        .collect();
-    let interior = triangle::interior_lattice(n);
-    let (edge_table, face_table) = (EdgeTable::new(&over_edge), FaceTable::new(&interior));
-    let at = |f: FaceId, creased: Option<&CreasedFace<'_>>, x: [f64; 3]| {
-        let found = match creased {
-            Some(face) => face.sample(x).map(|sample| (sample.point, sample.normal)),
-            None => function.shoot_face(f, x).map(|shot| (shot.point, shot.gradient.normalize())),
+/// The triangles of A-patches, made part by part, with what the parts share.
+///
+/// The points are in [`Self::point_parts`] parts: the vertices of the mesh, each edge, the interior of each face. The triangles are in
+/// [`Self::triangle_parts`]: each face, each patch over an edge.
+pub struct APatchTriangles<'a> {
+    surface: &'a APatchSurface,
+    numbering: Numbering,
+    over_edge: EdgeTable,
+    over_face: FaceTable,
+    interior: Vec<[f64; 3]>,
+    /// Small triangles of a face, by positions in a net.
+    small: Vec<[usize; 3]>,
+}
+
+impl<'a> APatchTriangles<'a> {
+    /// The triangles with some resolution, none of them made yet.
+    pub fn new(surface: &'a APatchSurface, resolution: APatchResolution) -> Result<Self, TessellateError> {
+        let APatchResolution { along: n, across: m } = resolution;
+        for resolution in [n, m] {
+            if resolution == 0 || resolution > MAX_INTERVALS {
+                return Err(TessellateError::Resolution { resolution });
+            }
+        }
+        let numbering = Numbering::new(surface, n, m)?;
+        let over_edge: Vec<[f64; 3]> = (1..n)
+            .flat_map(|i| (0..=m).map(move |j| (i, j)))
+            .map(|(i, j)| [numbering.weights(i)[0], numbering.weights(i)[1], j as f64 / m as f64])
+            .collect();
+        let interior = triangle::interior_lattice(n);
+        Ok(Self {
+            surface,
+            numbering,
+            over_edge: EdgeTable::new(&over_edge),
+            over_face: FaceTable::new(&interior),
+            interior,
+            small: super::small_triangles(n).iter().map(|t| t.map(index::position)).collect(),
+        })
+    }
+
+    fn mesh(&self) -> &HalfEdgeMesh {
+        self.surface.function().hull().data().mesh()
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.numbering.count()
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.mesh().face_count() * self.small.len()
+            + self.surface.square_edges().len() * self.triangles_over_edge()
+    }
+
+    /// Number of parts of the points.
+    pub fn point_parts(&self) -> usize {
+        1 + self.mesh().edge_count() + self.mesh().face_count()
+    }
+
+    /// The number of the first point of a part.
+    pub fn first_point(&self, part: usize) -> usize {
+        let numbering = &self.numbering;
+        let start = |e: usize| numbering.edge_start.get(e).map(|start| *start as usize);
+        let in_face = |e: usize| (e - self.mesh().edge_count()) * numbering.interior;
+        part.checked_sub(1)
+            .map_or(0, |e| start(e).unwrap_or_else(|| numbering.faces_start() as usize + in_face(e)))
+    }
+
+    /// Number of parts of the triangles.
+    pub fn triangle_parts(&self) -> usize {
+        self.mesh().face_count() + self.surface.square_edges().len()
+    }
+
+    /// Both ends of the patch over an edge are points, where half of the triangles have no area.
+    fn triangles_over_edge(&self) -> usize {
+        2 * self.numbering.m * (self.numbering.n - 1)
+    }
+
+    fn no_root(&self, point: usize) -> TessellateError {
+        TessellateError::NoRoot { patch: self.numbering.patch_of(self.surface, point).0 }
+    }
+
+    /// Has the surface one normal at each point, so that normals have the numbers of points?
+    pub fn is_smooth(&self) -> bool {
+        let data = self.surface.function().hull().data();
+        !self.mesh().edges().any(|e| data.is_crease(e))
+    }
+
+    /// The smallest box around all points.
+    pub fn bounds(&self) -> Result<Aabb, TessellateError> {
+        let of_part = |room: &mut [Points; 2], part: usize| {
+            let [points, normals] = room;
+            self.points(part, false, points, normals);
+            let all = || (0..points.len()).map(|i| points.get(i));
+            match all().position(|p| !p.iter().all(|c| c.is_finite())) {
+                Some(at) => Err(self.no_root(self.first_point(part) + at)),
+                None => Ok(all().fold(Aabb::EMPTY, |bounds, p| bounds.including(&p))),
+            }
         };
-        found.unwrap_or_else(|| [Vec3::repeat(f64::NAN); 2].into())
-    };
-    // Of an edge without a patch of its own.
-    let straight = |e: EdgeId, points: &mut [Point3], normals: &mut [Vec3]| {
+        let parts = (0..self.point_parts()).into_par_iter().map_init(Default::default, of_part);
+        // In order: of several errors the first one counts.
+        let parts: Vec<Result<Aabb, TessellateError>> = parts.collect();
+        parts.into_iter().try_fold(Aabb::EMPTY, |bounds, part| Ok(bounds.union(&part?)))
+    }
+
+    /// The points of a part and, if they are wanted, normals; NaN where the function has no zero on a ray.
+    pub fn points(&self, part: usize, with_normals: bool, points: &mut Points, normals: &mut Points) {
+        let data = self.surface.function().hull().data();
+        let edges = self.mesh().edge_count();
+        let count = match part.checked_sub(1) {
+            None => data.positions().len(),
+            Some(e) if e < edges => self.numbering.length(e),
+            Some(_) => self.interior.len(),
+        };
+        points.resize(count);
+        normals.resize(if with_normals { count } else { 0 });
+        let mut out =
+            GridOut { points: points.view_mut(), normals: with_normals.then(|| normals.view_mut()) };
+        match part.checked_sub(1) {
+            None => self.vertices(&mut out),
+            Some(e) if e < edges => self.edge(e.into(), &mut out),
+            Some(f) => self.face((f - edges).into(), &mut out),
+        }
+    }
+
+    fn vertices(&self, out: &mut GridOut<'_>) {
+        let (positions, normals) = corners(self.surface);
+        positions.into_iter().zip(normals).enumerate().for_each(|(v, (p, n))| out.set(v, p, n));
+    }
+
+    /// The points of an edge.
+    fn edge(&self, e: EdgeId, out: &mut GridOut<'_>) {
+        let function = self.surface.function();
+        if self.numbering.patch[e.index()].is_some() {
+            return self.over_edge.evaluate(function, e, out);
+        }
+        let mesh = self.mesh();
         let h = mesh.edge_half_edge(e);
         let (f, k) = (mesh.face(h), mesh.side(h));
         let creased = if function.hull().data().is_crease(e) { function.creased_face(f) } else { None };
-        for (i, (point, normal)) in (1..).zip(points.iter_mut().zip(normals)) {
+        for i in 1..self.numbering.n {
             let mut x = [0.0; 3];
-            [x[k], x[(k + 1) % 3]] = weights(i);
-            (*point, *normal) = at(f, creased.as_ref(), x);
+            [x[k], x[(k + 1) % 3]] = self.numbering.weights(i);
+            let (point, normal) = self.shoot(f, creased.as_ref(), x);
+            out.set(i - 1, point, normal);
         }
-    };
-    let lengths = numbering.edge_start.windows(2).map(|w| (w[1] - w[0]) as usize);
-    let (of_edges, of_faces) = points.split_at_mut(lengths.clone().sum());
-    let (normals_of_edges, normals_of_faces) = normals.split_at_mut(of_edges.len());
-    let runs: Vec<_> = runs(of_edges, lengths.clone()).zip(runs(normals_of_edges, lengths)).collect();
-    runs.into_par_iter().enumerate().for_each_init(Room::default, |room, (e, (points, normals))| {
-        match numbering.patch[e] {
-            Some(_) => room.by_axis(points, normals, |points, normals| {
-                edge_table.evaluate(function, e.into(), &mut GridOut { points, normals: Some(normals) });
-            }),
-            None => straight(e.into(), points, normals),
+    }
+
+    /// The points inside a face.
+    fn face(&self, f: FaceId, out: &mut GridOut<'_>) {
+        let Some(face) = self.surface.function().creased_face(f) else {
+            return self.over_face.evaluate(self.surface.function(), f, out);
+        };
+        for (i, x) in self.interior.iter().enumerate() {
+            let (point, normal) = self.shoot(f, Some(&face), *x);
+            out.set(i, point, normal);
         }
-    });
-    let length = interior.len().max(1);
-    let runs = of_faces.par_chunks_mut(length).zip(normals_of_faces.par_chunks_mut(length));
-    runs.enumerate().for_each_init(Room::default, |room, (f, (points, normals))| {
-        if let Some(face) = function.creased_face(f.into()) {
-            let out = points.iter_mut().zip(normals).zip(&interior);
-            out.for_each(|((point, normal), x)| (*point, *normal) = at(f.into(), Some(&face), *x));
-            return;
-        }
-        room.by_axis(points, normals, |points, normals| {
-            face_table.evaluate(function, f.into(), &mut GridOut { points, normals: Some(normals) });
+    }
+
+    fn shoot(&self, f: FaceId, creased: Option<&CreasedFace<'_>>, x: [f64; 3]) -> (Point3, Vec3) {
+        let found = match creased {
+            Some(face) => face.sample(x).map(|sample| (sample.point, sample.normal)),
+            None => {
+                let shot = self.surface.function().shoot_face(f, x);
+                shot.map(|shot| (shot.point, shot.gradient.normalize()))
+            }
+        };
+        found.unwrap_or_else(|| [Vec3::repeat(f64::NAN); 2].into())
+    }
+
+    /// All points and normals.
+    fn samples(&self) -> (Vec<Point3>, Vec<Vec3>) {
+        let (mut positions, mut normals) = corners(self.surface);
+        let corners = positions.len();
+        positions.resize(self.point_count(), Point3::zeros());
+        normals.resize(self.point_count(), Vec3::zeros());
+        let edges = self.mesh().edge_count();
+        let lengths = (0..edges).map(|e| self.numbering.length(e));
+        let (of_edges, of_faces) = positions[corners..].split_at_mut(lengths.clone().sum());
+        let (normals_of_edges, normals_of_faces) = normals[corners..].split_at_mut(of_edges.len());
+        let runs: Vec<_> = runs(of_edges, lengths.clone()).zip(runs(normals_of_edges, lengths)).collect();
+        runs.into_par_iter().enumerate().for_each_init(Room::default, |room, (e, (points, normals))| {
+            room.by_axis(points, normals, |points, normals| {
+                self.edge(e.into(), &mut GridOut { points, normals: Some(normals) });
+            });
         });
-    });
+        let length = self.interior.len().max(1);
+        let runs = of_faces.par_chunks_mut(length).zip(normals_of_faces.par_chunks_mut(length));
+        runs.enumerate().for_each_init(Room::default, |room, (f, (points, normals))| {
+            room.by_axis(points, normals, |points, normals| {
+                self.face(f.into(), &mut GridOut { points, normals: Some(normals) });
+            });
+        });
+        (positions, normals)
+    }
+
+    /// The triangles of a part, in order; `numbers` is memory.
+    pub fn part_triangles(&self, part: usize, numbers: &mut Vec<u32>, mut put: impl FnMut([u32; 3])) {
+        let mesh = self.mesh();
+        let (n, m) = (self.numbering.n, self.numbering.m);
+        let Some(edge) = part.checked_sub(mesh.face_count()) else {
+            numbers.resize(index::count(n), 0);
+            self.numbering.on_face(mesh, part.into(), numbers);
+            return self.small.iter().for_each(|local| put(local.map(|at| numbers[at])));
+        };
+        let e = self.surface.square_edges()[edge];
+        numbers.clear();
+        numbers.extend(
+            (0..=n)
+                .flat_map(|i| (0..=m).map(move |j| (i, j)))
+                .map(|(i, j)| self.numbering.on_edge(mesh, e, i, j)),
+        );
+        for (i, two) in numbers.windows(2 * (m + 1)).step_by(m + 1).enumerate() {
+            let (near, far) = two.split_at(m + 1);
+            for (near, far) in near.windows(2).zip(far.windows(2)) {
+                let ([a, d], [b, c]) = ([near[0], near[1]], [far[0], far[1]]);
+                if i + 1 < n {
+                    put([a, b, c]);
+                }
+                if i > 0 {
+                    put([a, c, d]);
+                }
+            }
+        }
+    }
+
+    /// All triangles, and the patch of each.
+    fn triangles(&self) -> (Vec<[u32; 3]>, Vec<PatchId>) {
+        let faces = self.mesh().face_count();
+        let (of_face, of_edge) = (self.small.len(), self.triangles_over_edge());
+        let mut triangles = vec![[0; 3]; self.triangle_count()];
+        let mut patches = vec![PatchId(0); triangles.len()];
+        let (over_faces, over_edges) = triangles.split_at_mut(faces * of_face);
+        let fill = |numbers: &mut Vec<u32>, part: usize, out: &mut [[u32; 3]]| {
+            let mut out = out.iter_mut();
+            self.part_triangles(part, numbers, |t| {
+                if let Some(out) = out.next() {
+                    *out = t;
+                }
+            });
+        };
+        let parts = over_faces.par_chunks_mut(of_face).enumerate();
+        parts.for_each_init(Vec::new, |numbers, (f, out)| fill(numbers, f, out));
+        let parts = over_edges.par_chunks_mut(of_edge.max(1)).enumerate();
+        parts.for_each_init(Vec::new, |numbers, (e, out)| fill(numbers, faces + e, out));
+        let (over_faces, over_edges) = patches.split_at_mut(faces * of_face);
+        let parts = over_faces.chunks_mut(of_face).chain(over_edges.chunks_mut(of_edge.max(1)));
+        parts.zip(0..).for_each(|(part, patch)| part.fill(PatchId(patch)));
+        (triangles, patches)
+    }
+}
+
+/// Are all coordinates finite? Without an end before the last one, the loop is one over vectors.
+fn are_finite(points: &[Point3]) -> bool {
+    points.iter().fold(true, |all, p| all & p.x.is_finite() & p.y.is_finite() & p.z.is_finite())
 }
 
 /// Parts of a slice, one after the other.

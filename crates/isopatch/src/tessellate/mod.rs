@@ -12,7 +12,7 @@ mod shared_lattice;
 mod sharp_normals;
 mod triangles;
 
-pub use a_patches::{APatchResolution, MAX_INTERVALS, tessellate_a_patches};
+pub use a_patches::{APatchResolution, APatchTriangles, MAX_INTERVALS, tessellate_a_patches};
 pub use adaptive::{AdaptedResolution, resolution_for};
 pub use hybrid::{HybridTessellation, tessellate_hybrid};
 pub use shared_lattice::{EdgeUse, SharedLattice, SharingError};
