@@ -5,12 +5,14 @@ use crate::failure::Failure;
 use crate::inspect::read;
 use crate::making;
 use crate::outputs::{self, Style};
+use crate::threads;
 use isopatch::base::Repair;
 use isopatch::io::Format;
 use isopatch::io::native::NativeModel;
 use std::io::{Write, stderr};
 
 pub fn run(arguments: &Convert) -> Result<(), Failure> {
+    threads::start(None)?;
     outputs::check(&arguments.output, None)?;
     let mut model = read(&arguments.input)?;
     if !outputs::has_nets(&model) {

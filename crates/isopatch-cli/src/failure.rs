@@ -90,8 +90,8 @@ pub enum Failure {
     Render(#[from] RenderError),
     #[error("the report can't be made: {0}")]
     Report(#[from] serde_json::Error),
-    #[error("{0} threads can't be started: {1}")]
-    Threads(usize, rayon::ThreadPoolBuildError),
+    #[error("threads can't be started: {0}")]
+    Threads(rayon::ThreadPoolBuildError),
     #[error("Ctrl-C can't be watched for: {0}")]
     Handler(ctrlc::Error),
     #[error(

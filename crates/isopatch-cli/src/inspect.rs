@@ -6,6 +6,7 @@ use crate::fit::{describe, describe_rational, weakest};
 use crate::input::{Input, is_mesh};
 use crate::making;
 use crate::summary::summary;
+use crate::threads;
 use isopatch::base::BaseMesh;
 use isopatch::field::{Field, Formula};
 use isopatch::geom::{Point3, Vec3};
@@ -23,6 +24,7 @@ use std::fs::File;
 use std::path::Path;
 
 pub fn run(arguments: &Inspect) -> Result<(), Failure> {
+    threads::start(None)?;
     let mut seconds = Seconds::default();
     let model = seconds.measure("read", || read(&arguments.file))?;
     let report = match &model.surface {

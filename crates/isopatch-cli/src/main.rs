@@ -15,6 +15,7 @@ mod progress;
 mod render;
 mod singular;
 mod summary;
+mod threads;
 mod values;
 
 use arguments::{Arguments, Command};

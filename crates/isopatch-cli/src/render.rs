@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::inspect::read;
 use crate::interrupt::{Interruptible, Writing};
 use crate::outputs::{self, flattened_for_picture};
+use crate::threads;
 use isopatch::geom::Point3;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::{NativeModel, NativeSurface};
@@ -26,10 +27,7 @@ pub struct PictureOptions {
 }
 
 pub fn run(arguments: &Render) -> Result<(), Failure> {
-    if let Some(threads) = arguments.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-        pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
-    }
+    threads::start(arguments.threads)?;
     let options = PictureOptions {
         style: arguments.style.unwrap_or_default(),
         size: arguments.size,

@@ -4,6 +4,7 @@ use crate::arguments::Singular;
 use crate::failure::{Failure, print};
 use crate::input::Input;
 use crate::summary::counted;
+use crate::threads;
 use isopatch::geom::Point3;
 use isopatch::report;
 use isopatch::singular::{
@@ -64,6 +65,7 @@ struct Lower {
 }
 
 pub fn run(arguments: &Singular) -> Result<(), Failure> {
+    threads::start(None)?;
     let input = Input::new(&arguments.input, &arguments.set)?;
     let bounds = arguments
         .bounds

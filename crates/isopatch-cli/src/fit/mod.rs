@@ -18,6 +18,7 @@ use crate::interrupt::Writing;
 use crate::outputs::{self, Style, Written};
 use crate::progress::Progress;
 use crate::summary::summary;
+use crate::threads;
 use isopatch::io::atomic::Outputs;
 use isopatch::io::native::NativeModel;
 use isopatch::report::Report;
@@ -36,10 +37,7 @@ pub fn run(arguments: &Fit) -> Result<(), Failure> {
     let source = Source::new(&arguments.input, &options.set)?;
     method::check(&source, &options)?;
     outputs::check(&options.output, options.report.as_deref())?;
-    if let Some(threads) = options.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).use_current_thread();
-        pool.build_global().map_err(|error| Failure::Threads(threads, error))?;
-    }
+    threads::start(options.threads)?;
     match &source {
         Source::Formula(input) if options.method == Some(Method::Rational) => {
             algebraic::run(&arguments.input, input, &options)

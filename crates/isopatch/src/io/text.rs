@@ -56,36 +56,9 @@ fn push_word(text: &mut Vec<u8>, word: &[u8]) {
     }
 }
 
-/// The largest 64-bit number has 20 digits.
-const MOST_DIGITS: usize = 20;
-
-/// 00 to 99.
-const PAIRS: [[u8; 2]; 100] = {
-    let mut pairs = [[0; 2]; 100];
-    let mut n = 0;
-    while n < pairs.len() {
-        pairs[n] = [b'0' + n as u8 / 10, b'0' + n as u8 % 10];
-        n += 1;
-    }
-    pairs
-};
-
 /// Appends an unsigned integer.
-pub fn push_integer(text: &mut Vec<u8>, mut n: u64) {
-    let start = text.len();
-    let mut at = start + n.checked_ilog10().map_or(1, |log| log as usize + 1);
-    let end = at;
-    text.extend_from_slice(&[b'0'; MOST_DIGITS]);
-    while n >= 100 {
-        text[at - 2..at].copy_from_slice(&PAIRS[(n % 100) as usize]);
-        n /= 100;
-        at -= 2;
-    }
-    match at - start {
-        1 => text[start] = b'0' + n as u8,
-        _ => text[start..start + 2].copy_from_slice(&PAIRS[n as usize]),
-    }
-    text.truncate(end);
+pub fn push_integer(text: &mut Vec<u8>, n: u64) {
+    text.extend_from_slice(itoa::Buffer::new().format(n).as_bytes());
 }
 
 /// Writes items 0 … `count` − 1 in order, each as `format` appends it, formatting in parallel.
