@@ -32,3 +32,8 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 pub fn angle_between(a: &Vec3, b: &Vec3) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
+
+/// Are all coordinates finite? The loop has no end before the last vector, which makes it one over lanes.
+pub fn are_finite(vectors: &[Vec3]) -> bool {
+    vectors.iter().fold(true, |all, v| all & v.x.is_finite() & v.y.is_finite() & v.z.is_finite())
+}

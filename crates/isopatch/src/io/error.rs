@@ -1,4 +1,4 @@
-use crate::geom::Vec3;
+use crate::geom::{Vec3, are_finite};
 use crate::tessellate::{SharingError, TessellateError, Tessellation};
 
 /// Why a surface or mesh cannot be written.
@@ -85,11 +85,7 @@ pub enum WriteError {
 /// Are all positions and normals of a mesh finite?
 pub(super) fn check_finite(mesh: &Tessellation) -> Result<(), WriteError> {
     let finite = |v: &Vec3| v.iter().all(|c| c.is_finite());
-    // Mostly all are, and a loop without an end before the last one is one over vectors.
-    let all = |vs: &[Vec3]| {
-        vs.iter().fold(true, |all, v| all & v.x.is_finite() & v.y.is_finite() & v.z.is_finite())
-    };
-    if all(&mesh.positions) && all(&mesh.normals) {
+    if are_finite(&mesh.positions) && are_finite(&mesh.normals) {
         return Ok(());
     }
     let bad = mesh.positions.iter().zip(&mesh.normals).position(|(p, n)| !finite(p) || !finite(n));

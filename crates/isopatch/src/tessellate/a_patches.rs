@@ -5,7 +5,7 @@ use super::{SharingError, TessellateError, Tessellation};
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchSurface, CreasedFace};
 use crate::bernstein::{index, triangle};
-use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::geom::{Aabb, Point3, Points, Vec3, are_finite};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::surface::PatchId;
 use rayon::prelude::*;
@@ -403,11 +403,6 @@ impl<'a> APatchTriangles<'a> {
         parts.zip(0..).for_each(|(part, patch)| part.fill(PatchId(patch)));
         (triangles, patches)
     }
-}
-
-/// Are all coordinates finite? Without an end before the last one, the loop is one over vectors.
-fn are_finite(points: &[Point3]) -> bool {
-    points.iter().fold(true, |all, p| all & p.x.is_finite() & p.y.is_finite() & p.z.is_finite())
 }
 
 /// Parts of a slice, one after the other.
