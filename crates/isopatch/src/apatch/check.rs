@@ -6,7 +6,7 @@ use super::lanes::LANES;
 use crate::bernstein::{index, triangle};
 use crate::geom::{Points, Vec3};
 use crate::mesh::{EdgeId, FaceId};
-use pulp::{Arch, NullaryFnOnce};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -36,11 +36,11 @@ pub(super) struct Patches {
 /// A grid of points with its triangles.
 struct Grid {
     /// For faces with creases, with more points near the corners.
-    creased: (Vec<[f64; 3]>, Vec<[usize; 3]>),
+    creased: (Vec<[f64; 3]>, Vec<TriangleLane>),
     faces: FaceTable,
     edges: EdgeTable,
-    face_triangles: Vec<[usize; 3]>,
-    edge_triangles: Vec<[usize; 3]>,
+    face_triangles: Vec<TriangleLane>,
+    edge_triangles: Vec<TriangleLane>,
 }
 
 impl Grid {
@@ -49,26 +49,27 @@ impl Grid {
         let weight = |i: usize| i as f64 / n as f64;
         let rows: Vec<usize> = if n < FINE { COARSE_ROWS.to_vec() } else { (0..=FINE).collect() };
         let along = |i: usize| i as f64 / FINE as f64;
+        // Along the edge first: the rows of the coarse grid have as many triangles of each kind as a lane.
         let on_edge: Vec<[f64; 3]> =
-            rows.iter().flat_map(|i| (0..=n).map(move |j| [along(FINE - i), along(*i), weight(j)])).collect();
+            (0..=n).flat_map(|j| rows.iter().map(move |i| [along(FINE - i), along(*i), weight(j)])).collect();
         let face_triangles: Vec<[usize; 3]> = lattice_triangles(n).map(|t| t.map(index::position)).collect();
-        let at = |i: usize, j: usize| i * (n + 1) + j;
-        let edge_triangles = (0..rows.len() - 1)
-            .flat_map(|i| (0..n).map(move |j| (i, j)))
-            .flat_map(|(i, j)| {
-                [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
-            })
-            .collect();
+        let at = |i: usize, j: usize| j * rows.len() + i;
+        let lower = |i, j| [at(i, j), at(i + 1, j), at(i + 1, j + 1)];
+        let upper = |i, j| [at(i, j), at(i + 1, j + 1), at(i, j + 1)];
+        let intervals = rows.len() - 1;
+        let row =
+            |j| (0..intervals).map(move |i| lower(i, j)).chain((0..intervals).map(move |i| upper(i, j)));
+        let edge_triangles: Vec<[usize; 3]> = (0..n).flat_map(row).collect();
         let mut creased = (on_face.clone(), face_triangles.clone());
         if n < FINE {
             (0..3).for_each(|corner| add_corner(&mut creased, corner));
         }
         Self {
-            creased,
+            creased: (creased.0, TriangleLane::all(&creased.1)),
             faces: FaceTable::new(&on_face),
             edges: EdgeTable::new(&on_edge),
-            face_triangles,
-            edge_triangles,
+            face_triangles: TriangleLane::all(&face_triangles),
+            edge_triangles: TriangleLane::all(&edge_triangles),
         }
     }
 
@@ -109,7 +110,7 @@ impl Room {
     }
 
     /// How much these triangles turn.
-    fn turn(&self, function: &APatchFunction, triangles: &[[usize; 3]]) -> Turn {
+    fn turn(&self, function: &APatchFunction, triangles: &[TriangleLane]) -> Turn {
         let scale = function.hull().data().diagonal().recip();
         Arch::new().dispatch(Turning { points: &self.points, normals: &self.normals, triangles, scale })
     }
@@ -152,72 +153,128 @@ struct Turn {
 struct Turning<'a> {
     points: &'a Points,
     normals: &'a Points,
-    triangles: &'a [[usize; 3]],
+    triangles: &'a [TriangleLane],
     /// Makes lengths relative to the diagonal of the model.
     scale: f64,
 }
 
-/// The corners of a lane of triangles by coordinates.
-type Corners = [[[f64; LANES]; 3]; 3];
+/// Triangles that are looked at together.
+struct TriangleLane {
+    /// The points at each corner; the last triangle is repeated to fill the lane.
+    corners: [[usize; LANES]; 3],
+    /// Do the points at each corner follow one another? They are read at once then.
+    is_run: bool,
+}
 
-impl Turning<'_> {
-    /// The triangles of a lane, the last one repeated to fill it.
+impl TriangleLane {
+    fn new(triangles: &[[usize; 3]]) -> Self {
+        let at = |i: usize| triangles[i.min(triangles.len() - 1)];
+        let corners = std::array::from_fn(|k| std::array::from_fn(|i| at(i)[k]));
+        let is_run =
+            corners.iter().all(|points: &[usize; LANES]| points.windows(2).all(|w| w[1] == w[0] + 1));
+        Self { corners, is_run }
+    }
+
+    fn all(triangles: &[[usize; 3]]) -> Vec<Self> {
+        triangles.chunks(LANES).map(Self::new).collect()
+    }
+
+    /// A vector at each corner, by coordinates.
     #[inline(always)]
-    fn corners(of: &Points, triangles: &[[usize; 3]]) -> Corners {
-        let mut corners = [[[0.0; LANES]; 3]; 3];
-        for i in 0..LANES {
-            let triangle = triangles[i.min(triangles.len() - 1)];
-            for (corner, at) in corners.iter_mut().zip(triangle) {
-                (corner[0][i], corner[1][i], corner[2][i]) = (of.x[at], of.y[at], of.z[at]);
+    fn of(&self, vectors: &Points) -> [[[f64; LANES]; 3]; 3] {
+        let mut found = [[[0.0; LANES]; 3]; 3];
+        for (found, points) in found.iter_mut().zip(&self.corners) {
+            for (found, from) in found.iter_mut().zip([&vectors.x, &vectors.y, &vectors.z]) {
+                if self.is_run {
+                    found.copy_from_slice(&from[points[0]..points[0] + LANES]);
+                } else {
+                    (0..LANES).for_each(|i| found[i] = from[points[i]]);
+                }
             }
         }
-        corners
+        found
     }
 }
 
+/// Vectors by coordinates, in lanes. Their functions have no closures: operations on lanes would be calls in them.
+type Vectors<S> = [<S as Simd>::f64s; 3];
+
 #[inline(always)]
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+fn minus<S: Simd>(simd: S, [a, b, c]: Vectors<S>, [x, y, z]: Vectors<S>) -> Vectors<S> {
+    [simd.sub_f64s(a, x), simd.sub_f64s(b, y), simd.sub_f64s(c, z)]
 }
 
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn plus<S: Simd>(simd: S, [a, b, c]: Vectors<S>, [x, y, z]: Vectors<S>) -> Vectors<S> {
+    [simd.add_f64s(a, x), simd.add_f64s(b, y), simd.add_f64s(c, z)]
 }
 
-impl NullaryFnOnce for Turning<'_> {
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, [a, b, c]: Vectors<S>, scale: S::f64s) -> Vectors<S> {
+    [simd.mul_f64s(a, scale), simd.mul_f64s(b, scale), simd.mul_f64s(c, scale)]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(simd: S, [a, b, c]: Vectors<S>, [x, y, z]: Vectors<S>) -> S::f64s {
+    simd.add_f64s(simd.add_f64s(simd.mul_f64s(a, x), simd.mul_f64s(b, y)), simd.mul_f64s(c, z))
+}
+
+#[inline(always)]
+fn cross<S: Simd>(simd: S, [a, b, c]: Vectors<S>, [x, y, z]: Vectors<S>) -> Vectors<S> {
+    [
+        simd.sub_f64s(simd.mul_f64s(b, z), simd.mul_f64s(c, y)),
+        simd.sub_f64s(simd.mul_f64s(c, x), simd.mul_f64s(a, z)),
+        simd.sub_f64s(simd.mul_f64s(a, y), simd.mul_f64s(b, x)),
+    ]
+}
+
+/// A part of some lanes.
+#[inline(always)]
+fn part_of<S: Simd>([x, y, z]: &[[f64; LANES]; 3], part: usize) -> Vectors<S> {
+    [S::as_simd_f64s(x).0[part], S::as_simd_f64s(y).0[part], S::as_simd_f64s(z).0[part]]
+}
+
+impl WithSimd for Turning<'_> {
     type Output = Turn;
 
     #[inline(always)]
-    fn call(self) -> Turn {
-        let (mut folds, mut suspect) = (0u64, 0u64);
-        for triangles in self.triangles.chunks(LANES) {
-            let p = Self::corners(self.points, triangles);
-            let n = Self::corners(self.normals, triangles);
+    fn with_simd<S: Simd>(self, simd: S) -> Turn {
+        let scale = simd.splat_f64s(self.scale);
+        // All in squares: no roots.
+        let [rounded, steady] = [ROUNDED, 3.0 * SUSPECT].map(|x| x * x);
+        let mut turn = Turn { folds: false, suspect: false };
+        for triangles in self.triangles {
+            let (points, normals) = (triangles.of(self.points), triangles.of(self.normals));
+            let [mut size, mut longest, mut product] = [[0.0; LANES]; 3];
+            let mut between = [[0.0; LANES]; 3];
+            for part in 0..LANES / S::F64_LANES {
+                let [a, b, c] = [0, 1, 2].map(|corner| part_of::<S>(&points[corner], part));
+                let [n_a, n_b, n_c] = [0, 1, 2].map(|corner| part_of::<S>(&normals[corner], part));
+                let u = scaled(simd, minus(simd, b, a), scale);
+                let v = scaled(simd, minus(simd, c, b), scale);
+                let w = scaled(simd, minus(simd, c, a), scale);
+                let area = cross(simd, u, w);
+                let sum = plus(simd, plus(simd, n_a, n_b), n_c);
+                let most = simd.max_f64s(simd.max_f64s(dot(simd, u, u), dot(simd, v, v)), dot(simd, w, w));
+                S::as_mut_simd_f64s(&mut size).0[part] = dot(simd, area, area);
+                S::as_mut_simd_f64s(&mut longest).0[part] = most;
+                S::as_mut_simd_f64s(&mut product).0[part] = dot(simd, area, sum);
+                S::as_mut_simd_f64s(&mut between[0]).0[part] = dot(simd, n_a, n_b);
+                S::as_mut_simd_f64s(&mut between[1]).0[part] = dot(simd, n_b, n_c);
+                S::as_mut_simd_f64s(&mut between[2]).0[part] = dot(simd, n_c, n_a);
+            }
             for i in 0..LANES {
-                let [a, b, c] = [0, 1, 2].map(|k| [p[k][0][i], p[k][1][i], p[k][2][i]]);
-                let [n_a, n_b, n_c] = [0, 1, 2].map(|k| [n[k][0][i], n[k][1][i], n[k][2][i]]);
-                let sides = [minus(b, a), minus(c, b), minus(c, a)];
-                let [u, v, w] = sides.map(|side| side.map(|x| self.scale * x));
-                let area = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
-                // All in squares: no roots.
-                let (size, longest) = (dot(area, area), dot(u, u).max(dot(v, v)).max(dot(w, w)));
                 // Not where something is not a number: that counts.
-                let is_lost = size <= ROUNDED * ROUNDED * longest;
-                let mean = [0, 1, 2].map(|k| n_a[k] + n_b[k] + n_c[k]);
-                let product = dot(area, mean);
-                let least = 3.0 * SUSPECT;
-                let is_ahead = product > 0.0;
+                let is_lost = size[i] <= rounded * longest[i];
+                let is_ahead = product[i] > 0.0;
                 let is_steady = is_ahead
-                    & (product * product > least * least * size)
-                    & (dot(n_a, n_b) > SUSPECT)
-                    & (dot(n_b, n_c) > SUSPECT)
-                    & (dot(n_c, n_a) > SUSPECT);
-                folds |= u64::from(!is_lost & !is_ahead);
-                suspect |= u64::from(!is_lost & !is_steady);
+                    & (product[i] * product[i] > steady * size[i])
+                    & between.iter().all(|lane| lane[i] > SUSPECT);
+                turn.folds |= !is_lost & !is_ahead;
+                turn.suspect |= !is_lost & !is_steady;
             }
         }
-        Turn { folds: folds > 0, suspect: suspect > 0 }
+        turn
     }
 }
 
