@@ -205,7 +205,7 @@ impl<'d, 'a> Batch<'d, 'a> {
 
     /// May the edge be flipped, and does that make the widest corner of its two faces narrower?
     fn is_better_flipped(&self, h: u32) -> bool {
-        let Some([c, d]) = self.mesh.apexes(h).filter(|_| self.mesh.can_flip(h)) else { return false };
+        let Some([c, d]) = self.mesh.apexes(h) else { return false };
         let [a, b] = self.ends(h);
         let widest = |faces: [[u32; 3]; 2]| {
             let of = faces.map(|f| largest_angle_cosine(f.map(|v| self.draft.point(v))));
@@ -213,6 +213,7 @@ impl<'d, 'a> Batch<'d, 'a> {
         };
         let after = [[d, c, a], [c, d, b]];
         widest(after) > widest([[a, b, c], [b, a, d]]) + FLIP_GAIN
+            && self.mesh.can_flip(h)
             && !flip_bridges(&self.mesh, |v| self.sides(v), h)
             && after.into_iter().all(|f| self.draft.is_valid(f))
     }

@@ -146,7 +146,7 @@ fn octants(cell: &Aabb) -> [Aabb; 8] {
 }
 
 /// Can interval bounds not exclude a zero? An enclosure that is not a number excludes nothing.
-fn may_vanish(field: &dyn Field, cell: &Aabb) -> bool {
+pub(super) fn may_vanish(field: &dyn Field, cell: &Aabb) -> bool {
     let range = field.range(cell);
     !(range.lo > 0.0 || range.hi < 0.0)
 }

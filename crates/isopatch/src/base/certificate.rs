@@ -49,9 +49,20 @@ pub(super) enum Doubt {
     OnSide,
 }
 
+/// Coordinates u of the local nodes.
+const PLACES: [[f64; 3]; LOCAL_NODES] = {
+    let mut places = [[0.0; 3]; LOCAL_NODES];
+    let mut node = 0;
+    while node < LOCAL_NODES {
+        places[node] = [(node % 3) as f64 - 1.0, (node / 3 % 3) as f64 - 1.0, (node / 9) as f64 - 1.0];
+        node += 1;
+    }
+    places
+};
+
 /// Coordinates u of a local node.
 pub(super) fn place(node: usize) -> [f64; 3] {
-    local(node).map(|c| f64::from(c) - 1.0)
+    PLACES[node]
 }
 
 /// Bounds the relative rounding of the dozen operations behind a product of gradients.
@@ -77,16 +88,17 @@ pub(super) fn check(
         }
         let linear = interpolation(corners, values);
         let gradient = linear.slope;
-        let holds = |corners: &[usize], on: Side| {
+        let holds = |on: Side| {
+            let Some(part) = Part::of(corners, on) else { return true };
             pieces.iter().all(|piece| {
-                let Some(region) = piece.region(corners, on) else { return true };
+                let Some(region) = piece.region(&part) else { return true };
                 piece.has_one_sign(&linear, &region, rounding)
                     || piece.is_rising(&gradient, on, &region, rounding)
             })
         };
-        if !holds(&corners, INSIDE) {
+        if !holds(INSIDE) {
             doubt = Err(Doubt::Inside);
-        } else if on_boundary && !sides_of(sides).all(|on| holds(&corners, on)) {
+        } else if on_boundary && !sides_of(sides).all(holds) {
             doubt = Err(Doubt::OnSide);
         }
     });
@@ -126,18 +138,51 @@ pub(super) struct Piece {
     bounds: Bounds,
 }
 
+/// The part of a tetrahedron on a side of the leaf.
+struct Part {
+    /// Its corners, and how many there are.
+    corners: [[f64; 3]; 4],
+    count: usize,
+    /// The box around them.
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Part {
+    /// None where no corner is on the side.
+    fn of(nodes: [usize; 4], on: Side) -> Option<Self> {
+        let none = [f64::INFINITY; 3];
+        let mut part = Self { corners: [[0.0; 3]; 4], count: 0, low: none, high: none.map(|x: f64| -x) };
+        for node in nodes {
+            if on != INSIDE && !(0..3).all(|a| on[a].is_none_or(|s| local(node)[a] == s)) {
+                continue;
+            }
+            let corner = place(node);
+            part.corners[part.count] = corner;
+            part.count += 1;
+            part.low = [0, 1, 2].map(|a| part.low[a].min(corner[a]));
+            part.high = [0, 1, 2].map(|a| part.high[a].max(corner[a]));
+        }
+        (part.count > 0).then_some(part)
+    }
+
+    fn corners(&self) -> &[[f64; 3]] {
+        &self.corners[..self.count]
+    }
+}
+
 /// Where a linear function is looked at, in coordinates of the piece: the hull of points, or a box with centre and half edges.
-enum Region {
-    Hull([[f64; 3]; 4], usize),
+enum Region<'a> {
+    Hull(&'a [[f64; 3]]),
     Box([f64; 3], [f64; 3]),
 }
 
 impl Linear {
     /// Smallest and largest value.
-    fn range(&self, region: &Region) -> [f64; 2] {
+    fn range(&self, region: &Region<'_>) -> [f64; 2] {
         let at = |p: &[f64; 3]| self.center + (0..3).map(|i| self.slope[i] * p[i]).sum::<f64>();
         let [low, high] = match region {
-            Region::Hull(points, count) => points[..*count]
+            Region::Hull(points) => points
                 .iter()
                 .map(at)
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]),
@@ -173,25 +218,14 @@ impl Piece {
         Self { center, half: 0.5, bounds: Bounds { gradient, ..*bounds } }
     }
 
-    /// Where a tetrahedron and the piece overlap on a side of the leaf, or something larger; none if they do not.
-    fn region(&self, corners: &[usize], on: Side) -> Option<Region> {
-        let lies = |n: &usize| (0..3).all(|a| on[a].is_none_or(|s| local(*n)[a] == s));
-        let mut points = [[0.0; 3]; 4];
-        let mut count = 0;
-        for n in corners.iter().filter(|n| lies(n)) {
-            points[count] = place(*n);
-            count += 1;
-        }
-        if count == 0 {
-            return None;
-        }
+    /// Where the part of a tetrahedron and the piece overlap, or something larger; none if they do not.
+    fn region<'a>(&self, part: &'a Part) -> Option<Region<'a>> {
         if self.half == 1.0 {
-            return Some(Region::Hull(points, count));
+            return Some(Region::Hull(part.corners()));
         }
         let (mut center, mut half) = ([0.0; 3], [0.0; 3]);
         for a in 0..3 {
-            let ends = points[..count].iter().map(|p| p[a]);
-            let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            let (low, high) = (part.low[a], part.high[a]);
             let [l, h] = [low.max(self.center[a] - self.half), high.min(self.center[a] + self.half)];
             // Where the tetrahedron extends along the axis, a common plane is covered by the next piece as well.
             if l > h || (l == h && low < high) {
@@ -204,7 +238,7 @@ impl Piece {
     }
 
     /// Have f and g one and the same sign there? g is given by the coordinates of the leaf.
-    fn has_one_sign(&self, g: &Linear, region: &Region, rounding: f64) -> bool {
+    fn has_one_sign(&self, g: &Linear, region: &Region<'_>, rounding: f64) -> bool {
         let f = Linear::from(&self.bounds.value);
         let at_center = g.center + (0..3).map(|i| g.slope[i] * self.center[i]).sum::<f64>();
         let g =
@@ -215,7 +249,7 @@ impl Piece {
     }
 
     /// Is g_T · ∇f positive there, by the components along the side?
-    fn is_rising(&self, g: &[f64; 3], on: Side, region: &Region, rounding: f64) -> bool {
+    fn is_rising(&self, g: &[f64; 3], on: Side, region: &Region<'_>, rounding: f64) -> bool {
         let f = &self.bounds.gradient;
         let axes = || (0..3).filter(|a| on[*a].is_none());
         // Where components of ∇f change together, their changes are added before anything else.
@@ -232,9 +266,8 @@ impl Piece {
 
 /// Has g the sign at a node that f has by its bounds?
 pub(super) fn has_sign_of(f: &Affine, node: usize, value: f64) -> bool {
-    let (mut points, f) = ([[0.0; 3]; 4], Linear::from(f));
-    points[0] = place(node);
-    let [low, high] = f.range(&Region::Hull(points, 1));
+    let f = Linear::from(f);
+    let [low, high] = f.range(&Region::Hull(&[place(node)]));
     let slack = ROUNDING * f.size();
     if value < 0.0 { high < -slack } else { low > slack }
 }

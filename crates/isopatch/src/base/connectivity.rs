@@ -403,27 +403,42 @@ impl Connectivity {
     /// Closes the holes in the numbering; returns the old number of every new vertex.
     pub fn compact(&mut self) -> Vec<u32> {
         let kept: Vec<u32> = self.vertices().collect();
-        let mut new_vertex = vec![NONE; self.outgoing.len()];
-        for (new, old) in kept.iter().enumerate() {
-            new_vertex[*old as usize] = new as u32;
-        }
-        let mut new_face = vec![NONE; self.origin.len() / 3];
-        let mut count = 0;
-        for f in 0..new_face.len() {
-            if self.origin[3 * f] != NONE {
-                new_face[f] = count;
-                count += 1;
-            }
-        }
-        let renumber = |h: u32| 3 * new_face[h as usize / 3] + h % 3;
-        let live = |h: &usize| self.origin[*h] != NONE;
-        let origin =
-            (0..self.origin.len()).filter(live).map(|h| new_vertex[self.origin[h] as usize]).collect();
-        let twin =
-            (0..self.origin.len()).filter(live).map(|h| self.twin(h as u32).map_or(NONE, renumber)).collect();
-        let outgoing = kept.iter().map(|v| renumber(self.outgoing[*v as usize])).collect();
-        *self = Self { origin, twin, outgoing, face_count: self.face_count, is_open: self.is_open };
+        let faces: Vec<u32> = self.live_faces().collect();
+        self.renumber(&kept, &faces);
         kept
+    }
+
+    /// Numbers the vertices in use in the order of `ranks`, one for every number, and the faces in the order of their first
+    /// vertices; returns the old number of every new vertex.
+    pub fn sort_by(&mut self, ranks: &[u32]) -> Vec<u32> {
+        let mut vertices: Vec<u32> = self.vertices().collect();
+        vertices.par_sort_unstable_by_key(|v| ranks[*v as usize]);
+        let first = |f: &u32| (0..3).map(|i| ranks[self.origin[3 * *f as usize + i] as usize]).min();
+        let mut faces: Vec<u32> = self.live_faces().collect();
+        faces.par_sort_by_key(first);
+        self.renumber(&vertices, &faces);
+        vertices
+    }
+
+    fn live_faces(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..self.origin.len() as u32 / 3).filter(|f| self.origin[3 * *f as usize] != NONE)
+    }
+
+    /// Takes over the vertices and faces with these numbers, in this order: all that are in use.
+    fn renumber(&mut self, vertices: &[u32], faces: &[u32]) {
+        let inverse = |kept: &[u32], bound: usize| {
+            let mut new = vec![NONE; bound];
+            kept.iter().enumerate().for_each(|(k, old)| new[*old as usize] = k as u32);
+            new
+        };
+        let new_vertex = inverse(vertices, self.outgoing.len());
+        let new_face = inverse(faces, self.origin.len() / 3);
+        let half_edge = |h: u32| 3 * new_face[h as usize / 3] + h % 3;
+        let half_edges = || faces.iter().flat_map(|f| 3 * f..3 * f + 3);
+        let origin = half_edges().map(|h| new_vertex[self.origin[h as usize] as usize]).collect();
+        let twin = half_edges().map(|h| self.twin(h).map_or(NONE, half_edge)).collect();
+        let outgoing = vertices.iter().map(|v| half_edge(self.outgoing[*v as usize])).collect();
+        *self = Self { origin, twin, outgoing, face_count: self.face_count, is_open: self.is_open };
     }
 }
 
@@ -550,6 +565,31 @@ mod tests {
         assert!(mesh.can_collapse(edge));
         mesh.collapse(edge);
         check_disk(&mesh);
+    }
+
+    #[test]
+    fn sorting_renumbers_the_same_triangles_after_changes() {
+        let mut mesh = Connectivity::from_faces(6, &OCTAHEDRON).unwrap();
+        mesh.split(0);
+        let edge = mesh.edges().find(|h| mesh.can_collapse(*h)).unwrap();
+        mesh.collapse(edge);
+        let turned = |f: [u32; 3]| {
+            let least = (0..3).min_by_key(|i| f[*i]).unwrap_or(0);
+            [0, 1, 2].map(|i| f[(least + i) % 3])
+        };
+        let mut before: Vec<[u32; 3]> = mesh.faces().map(turned).collect();
+        // The last vertex becomes the first one.
+        let ranks: Vec<u32> = (0..mesh.vertex_bound() as u32).rev().collect();
+        let old = mesh.sort_by(&ranks);
+        assert!(old.is_sorted_by(|a, b| a > b));
+        assert_eq!(old.len(), 6);
+        let firsts: Vec<u32> = mesh.faces().map(|f| f.into_iter().min().unwrap()).collect();
+        assert!(firsts.is_sorted());
+        let mut after: Vec<[u32; 3]> = mesh.faces().map(|f| turned(f.map(|v| old[v as usize]))).collect();
+        before.sort_unstable();
+        after.sort_unstable();
+        assert_eq!(before, after);
+        check(&mut mesh);
     }
 
     #[test]

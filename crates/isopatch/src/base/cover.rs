@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::bounds::may_vanish;
 use super::certificate::{Bounds, Doubt, Piece, check, has_sign_of};
 use super::octree::{
     Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings,
@@ -59,7 +60,7 @@ impl Leaf {
         let space = lattice.cell_box(&cell);
         let (value, slopes) = field.linear_gradient_range(&space);
         // Far from the surface, plain intervals can be tighter.
-        let is_empty = value.excludes_zero() || !field.range(&space).contains(0.0);
+        let is_empty = value.excludes_zero() || !may_vanish(field, &space);
         let half = 0.5 * space.size();
         let gradient = [0, 1, 2].map(|i| slopes[i].scaled(half[i]));
         let side_doubts = parent.map_or(0, |p| p.side_doubts);
@@ -111,11 +112,19 @@ impl Leaf {
     fn children(&self, field: &dyn Field, lattice: &Lattice) -> [(Self, bool); 8] {
         self.cell.children().map(|cell| Self::of(field, lattice, cell, Some(self)))
     }
+
+    /// The children that may have zeros.
+    fn open_children(&self, field: &dyn Field, lattice: &Lattice) -> impl Iterator<Item = Leaf> {
+        // Half of them have none, and mostly plain intervals tell, which cost much less.
+        let may_vanish = |cell: &Cell| may_vanish(field, &lattice.cell_box(cell));
+        let cells = self.cell.children().into_iter().filter(may_vanish);
+        open(cells.map(|cell| Self::of(field, lattice, cell, Some(self))))
+    }
 }
 
-/// Those of the children that may have zeros.
-fn open(children: [(Leaf, bool); 8]) -> impl Iterator<Item = Leaf> {
-    children.into_iter().filter(|(_, is_empty)| !is_empty).map(|(leaf, _)| leaf)
+/// Those of the cells that may have zeros.
+fn open(cells: impl Iterator<Item = (Leaf, bool)>) -> impl Iterator<Item = Leaf> {
+    cells.filter(|(_, is_empty)| !is_empty).map(|(leaf, _)| leaf)
 }
 
 /// A leaf after its check.
@@ -165,11 +174,9 @@ impl<'a> Cover<'a> {
         report: impl Fn(&Lattice, &[Leaf]) -> Result<(), E>,
     ) -> Result<Self, E> {
         let mut cover = Self { field, lattice, options, leaves: Vec::new() };
-        let mut pending: Vec<Leaf> = (lattice.root_cells().iter())
-            .map(|cell| Leaf::of(field, &lattice, *cell, None))
-            .filter(|(_, is_empty)| !is_empty)
-            .map(|(leaf, _)| leaf)
-            .collect();
+        let roots = lattice.root_cells();
+        let mut pending: Vec<Leaf> =
+            open(roots.iter().map(|cell| Leaf::of(field, &lattice, *cell, None))).collect();
         while !pending.is_empty() {
             if cover.leaves.len() + 8 * pending.len() > options.most_leaves {
                 cover.leaves.extend(pending.iter().map(|leaf| Leaf { uncertain: true, ..*leaf }));
@@ -181,7 +188,7 @@ impl<'a> Cover<'a> {
                 match checked {
                     Checked::Passed(leaf) => cover.leaves.push(leaf),
                     Checked::Failed(leaf) => cover.leaves.push(Leaf { uncertain: true, ..leaf }),
-                    Checked::Split(children) => next.extend(open(*children)),
+                    Checked::Split(children) => next.extend(open(children.into_iter())),
                 }
             }
             report(&lattice, &next)?;
@@ -250,7 +257,7 @@ impl<'a> Cover<'a> {
         let (field, lattice) = (self.field, &self.lattice);
         self.leaves = (self.leaves.par_iter().zip(is_split))
             .flat_map_iter(|(leaf, is_split)| match is_split {
-                true => open(leaf.children(field, lattice)).collect(),
+                true => leaf.open_children(field, lattice).collect(),
                 false => vec![*leaf],
             })
             .collect();
@@ -309,7 +316,7 @@ impl<'a> Cover<'a> {
                     Checked::Split(children) if room >= 8 => {
                         room -= 8;
                         is_changed = true;
-                        leaves.extend(open(*children));
+                        leaves.extend(open(children.into_iter()));
                     }
                     Checked::Failed(_) | Checked::Split(_) => leaves.push(Leaf { uncertain: true, ..*leaf }),
                 }
@@ -414,7 +421,10 @@ impl<'a> Cover<'a> {
             let Some(beside) = self.lattice.neighbor(cell, steps) else { continue };
             // The neighbour may be one level coarser.
             let coarser = beside.level.saturating_sub(1);
-            if (coarser..=beside.level).any(|level| find(cells, index, &beside.ancestor(level)).is_some()) {
+            if (coarser..=beside.level)
+                .rev()
+                .any(|level| find(cells, index, &beside.ancestor(level)).is_some())
+            {
                 continue;
             }
             let around = ring(side);

@@ -8,6 +8,7 @@ mod affine;
 mod box_tree;
 mod interval;
 mod jet;
+mod morton;
 mod points;
 
 pub use aabb::Aabb;
@@ -15,6 +16,7 @@ pub use affine::Affine;
 pub use box_tree::BoxTree;
 pub use interval::Interval;
 pub use jet::{Jet, Jets};
+pub use morton::morton_order;
 pub use points::{Points, PointsMut, PointsView};
 
 /// A vector of three coordinates, in model units.

@@ -15,7 +15,7 @@ use std::ops::Range;
 pub const NORMAL_ERROR_LIMIT: f64 = 20.0 * std::f64::consts::PI / 180.0;
 
 /// Patches that are sampled together: enough points for the field's batch form, few enough to stay in cache.
-const CHUNK: usize = 8;
+const CHUNK: usize = 4;
 
 /// What the samples of one patch show.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -141,7 +141,7 @@ pub enum CurveError {
 /// Samples t_j = j/10 of a curve, ends left out.
 pub(super) const SAMPLES: usize = 9;
 /// Edges whose samples are evaluated in one batch.
-const BATCH: usize = 16;
+const BATCH: usize = 8;
 
 /// Constants of the fit at the fixed samples.
 pub(super) struct Table {

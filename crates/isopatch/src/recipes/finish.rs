@@ -9,6 +9,7 @@ use super::refine::misses;
 use crate::base::{BaseMesh, BaseOptions, Change, Draft, validity};
 use crate::inspect::PatchDeviation;
 use crate::mesh::{FaceId, VertexId};
+use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 
 /// Rounds of splits at most. A round halves what fails, or nearly so, as it splits no two edges beside each other.
@@ -36,6 +37,8 @@ const TRIED: f64 = 1.3;
 /// Patches that may be built for measured collapses: this many, or this share of those built before.
 const LEAST_THINNING: usize = 1_500;
 const THINNING_SHARE: f64 = 0.03;
+/// Edges that one task looks at.
+const TASK: usize = 256;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -203,13 +206,11 @@ impl Finisher<'_> {
     /// Collapses edges that do not touch each other, those between the smallest errors first, none over `limit`.
     fn collapse_apart(&mut self, errors: &[f64], limit: f64, refused: &HashSet<[u32; 2]>) -> Vec<Collapse> {
         let Some(mut batch) = self.draft.batch() else { return Vec::new() };
-        let mut candidates: Vec<(f64, u32)> = batch
-            .edges()
-            .into_iter()
+        let mut candidates: Vec<(f64, u32)> = (batch.edges().into_par_iter().with_min_len(TASK))
             .map(|h| (batch.faces_around(h).map(|f| errors[f]).fold(0.0, f64::max), h))
             .filter(|(worst, h)| *worst <= limit && !refused.contains(&batch.ends(*h)))
             .collect();
-        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        candidates.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut collapses = Vec::new();
         for (worst, h) in candidates {
             if batch.is_free(h) {

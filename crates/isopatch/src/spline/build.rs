@@ -15,7 +15,7 @@ use crate::surface::Target;
 use rayon::prelude::*;
 
 /// Curves, faces or vertices that one task looks at, where there is little to do for each.
-const TASK: usize = 128;
+const TASK: usize = 32;
 
 /// How patches are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -434,7 +434,7 @@ pub(super) fn solve_edges(
     let wanted = &*nets;
     let solutions: Result<Vec<_>, SplineError> = inner
         .par_iter()
-        .with_min_len(64)
+        .with_min_len(16)
         .map(|&(e, h, g)| {
             if let Some(rows) = rows_of(kept, e) {
                 return Ok(rows);

@@ -27,7 +27,7 @@ type Net = [Point3; NET];
 const FROM_BOUNDARY: usize = 3;
 const FROM_TWISTS: usize = 5;
 /// Patches that one task fills.
-const BATCH: usize = 16;
+const BATCH: usize = 8;
 
 /// Control points as linear combinations of the others.
 struct Filler {

@@ -21,7 +21,7 @@ const NORMAL_SAMPLES: usize = 36;
 /// Control points that no G1 condition binds.
 pub(super) const FREE: usize = 3;
 /// Patches whose samples are evaluated in one batch.
-const BATCH: usize = 8;
+const BATCH: usize = 4;
 
 type Net = [Point3; NET];
 /// Projected samples of a patch, relative to its first corner.

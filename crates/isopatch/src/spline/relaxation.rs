@@ -39,9 +39,9 @@ const INNER: usize = 3 * FREE;
 const LATTICE: usize = 10;
 const SAMPLES: usize = 36;
 /// Patches whose samples are evaluated in one batch.
-const BATCH: usize = 8;
+const BATCH: usize = 4;
 /// Patches, or edges, with small systems that one task solves or multiplies.
-const SYSTEMS: usize = 32;
+const SYSTEMS: usize = 8;
 /// Patches whose products are there at one time.
 const BLOCK: usize = 4096;
 /// Conjugate gradients of a step. More change the result less than a further step does.
