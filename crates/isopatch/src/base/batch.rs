@@ -5,7 +5,7 @@
 
 use super::border::{Merge, collapse_bridges, flip_bridges, larger};
 use super::clip::BoxSides;
-use super::connectivity::Connectivity;
+use super::connectivity::{Connectivity, Snapshot};
 use super::local::{Change, Draft, REMOVED, Vertex};
 use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, Vec3};
@@ -21,6 +21,33 @@ const DAMPING: f64 = 0.5;
 /// What the length of an edge, as a share of the diagonal, counts beside its turn when a face is split: little, so that it
 /// decides only on flat parts.
 const LENGTH_SHARE: f64 = 0.1;
+
+/// Edges that are tried at the same time: one of so many windows of them, but not more, or fewer, than this. Trials near a
+/// collapse of the same window are in vain.
+const WINDOWS: usize = 16;
+const LEAST_WINDOW: usize = 8;
+const LARGEST_WINDOW: usize = 64;
+/// Fewest of them for a thread.
+const LEAST_SHARE: usize = 4;
+
+/// What a collapse finds.
+struct Site {
+    /// The first one stays.
+    ends: [u32; 2],
+    /// That one as it is.
+    old: Vertex,
+    /// The vertices of the faces that are touched.
+    region: Vec<u32>,
+    /// The faces at the ends, and their corners.
+    touched: Vec<u32>,
+    corners: Vec<[u32; 3]>,
+}
+
+/// What a trial found: the merged vertex, and half edges that were flipped after the collapse.
+struct Merged {
+    vertex: Vertex,
+    flips: Vec<u32>,
+}
 
 /// Changes of a [`Draft`] that do not touch each other.
 pub struct Batch<'d, 'a> {
@@ -75,34 +102,119 @@ impl<'d, 'a> Batch<'d, 'a> {
 
     /// Merges the ends of an edge and relaxes the faces around; none, and no change, if a face would not be valid.
     pub fn collapse(&mut self, h: u32) -> Option<Change> {
+        let site = self.site(h)?;
+        let undo = self.mesh.snapshot(&site.touched, &site.region);
+        let merged = self.merge(h, &site);
+        if merged.is_none() {
+            self.take_back(&site, &undo);
+        }
+        merged.map(|_| self.keep(&site))
+    }
+
+    /// [`Batch::collapse`] of some edges, one after the other.
+    ///
+    /// What becomes of an edge depends on nothing but the faces around it. So several threads try the next edges at the same
+    /// time, as if nothing had changed; what they find is taken over in the order of the edges, where nothing has.
+    pub fn collapse_each(&mut self, edges: &[u32]) -> Vec<Option<Change>> {
+        let window = (edges.len() / WINDOWS).clamp(LEAST_WINDOW, LARGEST_WINDOW);
+        let others = rayon::current_num_threads().min(window / LEAST_SHARE) - 1;
+        if others == 0 {
+            return edges.iter().map(|h| self.collapse(*h)).collect();
+        }
+        let mut drafts = vec![self.draft.clone(); others];
+        let mut trials: Vec<Batch<'_, 'a>> =
+            drafts.iter_mut().map(|draft| Batch::new(draft, self.mesh.clone(), Vec::new())).collect();
+        let mut changes: Vec<Option<Change>> = edges.iter().map(|_| None).collect();
+        for (edges, changes) in edges.chunks(window).zip(changes.chunks_mut(window)) {
+            let free: Vec<usize> = (0..edges.len()).filter(|k| self.is_free(edges[*k])).collect();
+            let tried: Vec<u32> = free.iter().map(|k| edges[*k]).collect();
+            for (k, merged) in free.into_iter().zip(self.try_each(&mut trials, &tried)) {
+                changes[k] = merged.and_then(|merged| self.take_over(edges[k], merged));
+            }
+        }
+        changes
+    }
+
+    /// What would become of some edges, each as if it were the only one.
+    fn try_each(&mut self, trials: &mut [Batch<'_, 'a>], edges: &[u32]) -> Vec<Option<Merged>> {
+        let mut found: Vec<Option<Merged>> = edges.iter().map(|_| None).collect();
+        let share = edges.len().div_ceil(trials.len() + 1).max(1);
+        rayon::scope(|scope| {
+            let mut parts = edges.chunks(share).zip(found.chunks_mut(share));
+            let own = parts.next();
+            for (batch, (edges, found)) in trials.iter_mut().zip(parts) {
+                scope.spawn(move |_| batch.try_part(edges, found));
+            }
+            if let Some((edges, found)) = own {
+                self.try_part(edges, found);
+            }
+        });
+        found
+    }
+
+    fn try_part(&mut self, edges: &[u32], found: &mut [Option<Merged>]) {
+        found.iter_mut().zip(edges).for_each(|(found, h)| *found = self.trial(*h));
+    }
+
+    /// What a collapse would do; changes nothing.
+    fn trial(&mut self, h: u32) -> Option<Merged> {
+        let site = self.site(h)?;
+        let undo = self.mesh.snapshot(&site.touched, &site.region);
+        let flips = self.merge(h, &site);
+        let vertex = self.draft.vertices[site.ends[0] as usize];
+        self.take_back(&site, &undo);
+        flips.map(|flips| Merged { vertex, flips })
+    }
+
+    /// Does what a trial has found, if nothing near has changed since.
+    fn take_over(&mut self, h: u32, merged: Merged) -> Option<Change> {
+        let site = self.site(h)?;
+        self.mesh.collapse(h);
+        merged.flips.iter().for_each(|h| self.mesh.flip(*h));
+        self.draft.vertices[site.ends[0] as usize] = merged.vertex;
+        Some(self.keep(&site))
+    }
+
+    /// Where an edge would be collapsed; none if that is not possible at all.
+    fn site(&self, h: u32) -> Option<Site> {
         if !self.is_free(h)
             || !self.mesh.can_collapse(h)
             || collapse_bridges(&self.mesh, |v| self.sides(v), h)
         {
             return None;
         }
-        let [a, b] = self.ends(h);
-        let [old, other] = [a, b].map(|v| self.draft.vertices[v as usize]);
-        let start = match Merge::of(old.sides, other.sides, self.mesh.is_boundary(h))? {
-            Merge::Between => 0.5 * (old.x + other.x),
-            Merge::AtFirst => old.x,
-            Merge::AtSecond => other.x,
+        let ends = self.ends(h);
+        let mut region: Vec<u32> = ends.into_iter().flat_map(|v| self.mesh.neighbours(v)).collect();
+        region.extend(ends);
+        let touched = self.faces_at(&ends);
+        let corners = self.mesh.corners_of(&touched);
+        Some(Site { ends, old: self.draft.vertices[ends[0] as usize], region, touched, corners })
+    }
+
+    /// Merges the ends and relaxes, with the flips that were made; none if a face is not valid in the end. The mesh is changed
+    /// in any case.
+    fn merge(&mut self, h: u32, site: &Site) -> Option<Vec<u32>> {
+        let [a, b] = site.ends;
+        let [first, second] = [a, b].map(|v| self.draft.vertices[v as usize]);
+        let start = match Merge::of(first.sides, second.sides, self.mesh.is_boundary(h))? {
+            Merge::Between => 0.5 * (first.x + second.x),
+            Merge::AtFirst => first.x,
+            Merge::AtSecond => second.x,
         };
-        let sides = larger([old.sides, other.sides]);
-        let mut region: Vec<u32> = [a, b].into_iter().flat_map(|v| self.mesh.neighbours(v)).collect();
-        region.extend([a, b]);
-        let touched = self.faces_at(&[a, b]);
-        let before = self.mesh.corners_of(&touched);
-        let undo = self.mesh.snapshot(&touched, &region);
         self.mesh.collapse(h);
-        if !(self.draft.place(a, start, sides) && self.relax(a)) {
-            self.mesh.restore(&undo);
-            self.draft.vertices[a as usize] = old;
-            return None;
-        }
-        let slots = self.write(&touched, &before);
-        region.iter().for_each(|v| self.claimed[*v as usize] = true);
-        Some(Change { slots, vertex: (a, old) })
+        self.draft.place(a, start, larger([first.sides, second.sides])).then(|| self.relax(a))?
+    }
+
+    fn take_back(&mut self, site: &Site, undo: &Snapshot) {
+        self.mesh.restore(undo);
+        self.draft.vertices[site.ends[0] as usize] = site.old;
+    }
+
+    /// Takes possession of what a collapse has changed.
+    fn keep(&mut self, site: &Site) -> Change {
+        let slots = self.write(&site.touched, &site.corners);
+        site.region.iter().for_each(|v| self.claimed[*v as usize] = true);
+        Change { slots, vertex: (site.ends[0], site.old) }
     }
 
     fn sides(&self, v: u32) -> BoxSides {
@@ -155,9 +267,10 @@ impl<'d, 'a> Batch<'d, 'a> {
         faces
     }
 
-    /// Moves and flips around a merged vertex; false if a face at it is not valid in the end.
-    fn relax(&mut self, v: u32) -> bool {
+    /// Moves and flips around a merged vertex, and the flips; none if a face at it is not valid in the end.
+    fn relax(&mut self, v: u32) -> Option<Vec<u32>> {
         let sides = self.sides(v);
+        let mut flips = Vec::new();
         for _ in 0..RELAXATIONS {
             if sides.is_empty()
                 && let Some(middle) = self.middle_of_ring(v)
@@ -165,12 +278,12 @@ impl<'d, 'a> Batch<'d, 'a> {
                 self.draft.place(v, middle, sides);
             }
             for _ in 0..FLIPS {
-                let spokes: Vec<u32> = self.mesh.ring(v).collect();
-                let Some(h) = spokes.into_iter().find(|h| self.is_better_flipped(*h)) else { break };
+                let Some(h) = self.mesh.ring(v).find(|h| self.is_better_flipped(*h)) else { break };
                 self.mesh.flip(h);
+                flips.push(h);
             }
         }
-        self.ring_is_valid(v)
+        self.ring_is_valid(v).then_some(flips)
     }
 
     fn ring_is_valid(&self, v: u32) -> bool {

@@ -6,7 +6,7 @@ use super::build::{BaseOptions, base_of};
 use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
-use super::project::project_positions;
+use super::project::project_point;
 use super::shape::{area_vector, unit_or_zero};
 use super::validity::ValidityLimits;
 use crate::field::Field;
@@ -29,6 +29,7 @@ pub(super) struct Vertex {
 /// A base mesh whose faces have slots that stay theirs while other faces come and go.
 ///
 /// A face has the same stamp as long as its corners are the same vertices at the same places.
+#[derive(Clone)]
 pub struct Draft<'a> {
     pub(super) field: &'a dyn Field,
     pub(super) options: &'a BaseOptions,
@@ -183,17 +184,12 @@ impl<'a> Draft<'a> {
 
     /// Puts a vertex on the surface, near `x` and in its sides of the box; false, and no change, if that fails.
     pub(super) fn place(&mut self, v: u32, x: Point3, sides: BoxSides) -> bool {
-        let mut x = [x];
         let projection = &self.options.remesh.projection;
-        let report = project_positions(self.field, &mut x, &[sides], self.diagonal, projection);
-        let jet = self.field.jet(x[0]);
-        let vertex =
-            Vertex { x: x[0], normal: unit_or_zero(&jet.gradient), tensor: jet.curvature_tensor(), sides };
-        let in_box = self.bounds.is_none_or(|bounds| Clip { bounds, sides: Vec::new() }.holds(&x[0]));
-        let good = report.failures.is_empty()
-            && in_box
-            && vertex.tensor.sum().is_finite()
-            && vertex.normal.norm() > 0.0;
+        let Some(x) = project_point(self.field, x, sides, self.diagonal, projection) else { return false };
+        let jet = self.field.jet(x);
+        let vertex = Vertex { x, normal: unit_or_zero(&jet.gradient), tensor: jet.curvature_tensor(), sides };
+        let in_box = self.bounds.is_none_or(|bounds| Clip { bounds, sides: Vec::new() }.holds(&x));
+        let good = in_box && vertex.tensor.sum().is_finite() && vertex.normal.norm() > 0.0;
         if good {
             self.vertices[v as usize] = vertex;
         }
@@ -292,6 +288,33 @@ mod tests {
         changes.iter().for_each(|change| draft.undo(change));
         let again = draft.base().unwrap();
         assert_eq!((again.mesh, again.positions), (base.mesh, base.positions));
+    }
+
+    #[test]
+    fn collapses_are_the_same_on_any_number_of_threads() {
+        let (field, base, options) = dodeca();
+        let collapsed = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut draft = Draft::new(&field, &base, &options);
+                let mut counts = Vec::new();
+                for _ in 0..3 {
+                    let mut batch = draft.batch().unwrap();
+                    let edges = batch.edges();
+                    counts.push(batch.collapse_each(&edges).iter().flatten().count());
+                }
+                let base = draft.base().unwrap();
+                (counts, base.mesh, base.positions, draft.live_stamps())
+            })
+        };
+        let alone = collapsed(1);
+        assert!(alone.0.iter().all(|n| *n > 5), "{:?}", alone.0);
+        assert!(collapsed(2) == alone && collapsed(5) == alone);
+        // One by one, as `collapse` does it.
+        let mut draft = Draft::new(&field, &base, &options);
+        let mut batch = draft.batch().unwrap();
+        let first = batch.edges().into_iter().filter_map(|h| batch.collapse(h)).count();
+        assert_eq!(first, alone.0[0]);
     }
 
     #[test]

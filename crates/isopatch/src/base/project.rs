@@ -92,6 +92,37 @@ struct Walker {
     step: Vec3,
 }
 
+impl Walker {
+    fn new(point: usize, start: Point3) -> Self {
+        let far = f64::INFINITY;
+        Self { point, best: start, residual: far, newton: far, step: Vec3::zeros() }
+    }
+}
+
+/// [`project_points`] of one point, within the sides of a box; none if it does not arrive.
+pub(super) fn project_point(
+    field: &dyn Field,
+    start: Point3,
+    sides: BoxSides,
+    diagonal: f64,
+    options: &ProjectOptions,
+) -> Option<Point3> {
+    if sides.len() == 3 {
+        return Some(start);
+    }
+    let mut walker = Walker::new(0, start);
+    for _ in 0..options.evaluations {
+        let trial = walker.best + walker.step;
+        let (f, gradient) = field.gradient(trial);
+        match advance(field, &mut walker, trial, f, sides.within(gradient), diagonal, options) {
+            Progress::Arrived => return Some(walker.best),
+            Progress::Stuck => return None,
+            Progress::Walking => {}
+        }
+    }
+    None
+}
+
 fn project_chunk(
     field: &dyn Field,
     mut out: PointsMut<'_>,
@@ -103,10 +134,7 @@ fn project_chunk(
     let mut walkers: Vec<Walker> = (0..n)
         // A corner of the box cannot move.
         .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
-        .map(|i| {
-            let best = Point3::new(out.x[i], out.y[i], out.z[i]);
-            Walker { point: i, best, residual: f64::INFINITY, newton: f64::INFINITY, step: Vec3::zeros() }
-        })
+        .map(|i| Walker::new(i, Point3::new(out.x[i], out.y[i], out.z[i])))
         .collect();
     let (mut trial, mut gradient, mut f) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
     let mut report = Projection::default();

@@ -211,14 +211,12 @@ impl Finisher<'_> {
             .filter(|(worst, h)| *worst <= limit && !refused.contains(&batch.ends(*h)))
             .collect();
         candidates.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut collapses = Vec::new();
-        for (worst, h) in candidates {
-            if batch.is_free(h) {
-                let ends = batch.ends(h);
-                collapses.extend(batch.collapse(h).map(|change| Collapse { ends, change, worst }));
-            }
-        }
-        collapses
+        let edges: Vec<u32> = candidates.iter().map(|c| c.1).collect();
+        let ends: Vec<[u32; 2]> = edges.iter().map(|h| batch.ends(*h)).collect();
+        let changes = batch.collapse_each(&edges);
+        let all = candidates.iter().zip(ends).zip(changes);
+        all.filter_map(|(((worst, _), ends), change)| Some(Collapse { ends, change: change?, worst: *worst }))
+            .collect()
     }
 
     /// Collapses edges while all patches will do, until `budget` patches have been built for it.
