@@ -67,48 +67,72 @@ pub fn write_items(
     count: usize,
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
-    write_items_with(out, count, || (), |(), item, text| format(item, text))
+    Buffers::default().write_items(out, count, format)
 }
 
-/// The same with something that `format` works in, which is made once a buffer.
-pub fn write_items_with<R>(
-    out: &mut impl Write,
-    count: usize,
-    room: impl Fn() -> R + Sync,
-    format: impl Fn(&mut R, usize, &mut Vec<u8>) + Sync,
-) -> io::Result<()> {
-    let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
+/// Memory for what is written, kept for what is written next: new memory is slower than the text that goes into it.
+#[derive(Debug, Default)]
+pub struct Buffers(Vec<Vec<u8>>);
+
+impl Buffers {
+    /// As [`write_items`].
+    pub fn write_items(
+        &mut self,
+        out: &mut impl Write,
+        count: usize,
+        format: impl Fn(usize, &mut Vec<u8>) + Sync,
+    ) -> io::Result<()> {
+        self.write_items_with(out, count, || (), |(), item, text| format(item, text))
+    }
+
+    /// So many of them at least.
+    fn at_least(&mut self, count: usize) -> &mut [Vec<u8>] {
+        let more = count.saturating_sub(self.0.len());
+        self.0.extend((0..more).map(|_| Vec::with_capacity(ROOM)));
+        &mut self.0
+    }
+
+    /// The same with something that `format` works in, which is made once a buffer.
+    pub fn write_items_with<R>(
+        &mut self,
+        out: &mut impl Write,
+        count: usize,
+        room: impl Fn() -> R + Sync,
+        format: impl Fn(&mut R, usize, &mut Vec<u8>) + Sync,
+    ) -> io::Result<()> {
+        let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
+            buffer.clear();
+            let mut room = room();
+            items.for_each(|item| format(&mut room, item, buffer));
+        };
+        // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
+        // not depend on the number of threads.
+        let (buffer, mut first) = (&mut self.at_least(1)[0], 0);
         buffer.clear();
-        let mut room = room();
-        items.for_each(|item| format(&mut room, item, buffer));
-    };
-    // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
-    // not depend on the number of threads.
-    let (mut buffer, mut first) = (Vec::with_capacity(ROOM), 0);
-    let mut room_of_first = room();
-    while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
-        format(&mut room_of_first, first, &mut buffer);
-        first += 1;
+        let mut room_of_first = room();
+        while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
+            format(&mut room_of_first, first, buffer);
+            first += 1;
+        }
+        out.write_all(buffer)?;
+        let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
+        // One thread alone writes a buffer while it is in the cache.
+        let most = match rayon::current_num_threads() {
+            1 => 1,
+            threads => BUFFERS_PER_THREAD * threads,
+        };
+        let wanted = most.min(count.saturating_sub(first).div_ceil(items));
+        let buffers = self.at_least(wanted);
+        for start in (first..count).step_by(most * items) {
+            let used = most.min((count - start).div_ceil(items));
+            buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
+                let first = start + b * items;
+                fill(buffer, first..count.min(first + items));
+            });
+            buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
+        }
+        Ok(())
     }
-    out.write_all(&buffer)?;
-    let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
-    // One thread alone writes a buffer while it is in the cache.
-    let most = match rayon::current_num_threads() {
-        1 => 1,
-        threads => BUFFERS_PER_THREAD * threads,
-    };
-    let wanted = most.min(count.saturating_sub(first).div_ceil(items));
-    let more = (1..wanted).map(|_| Vec::with_capacity(ROOM));
-    let mut buffers: Vec<Vec<u8>> = std::iter::once(buffer).chain(more).collect();
-    for start in (first..count).step_by(most * items) {
-        let used = most.min((count - start).div_ceil(items));
-        buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
-            let first = start + b * items;
-            fill(buffer, first..count.min(first + items));
-        });
-        buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
