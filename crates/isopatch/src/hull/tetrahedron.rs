@@ -25,18 +25,20 @@ impl EdgeBasis {
             lengths[b][a] = lengths[a][b];
         }
         let mut reached = [true, false, false, false];
-        let edges = [(); 3].map(|()| {
+        let mut edges = [[0, 0]; 3];
+        for shortest in &mut edges {
             // A step of Prim's algorithm.
-            let (mut shortest, mut least) = ([0, 0], f64::INFINITY);
-            for [a, b] in (0..16).map(|n| [n / 4, n % 4]) {
-                if reached[a] & !reached[b] & (lengths[a][b] < least) {
-                    (shortest, least) = ([a, b], lengths[a][b]);
+            let mut least = f64::INFINITY;
+            for a in 0..4 {
+                for b in 0..4 {
+                    if reached[a] & !reached[b] & (lengths[a][b] < least) {
+                        (*shortest, least) = ([a, b], lengths[a][b]);
+                    }
                 }
             }
             reached[shortest[1]] = true;
-            shortest
-        });
-        let [a, b, c] = edges.map(along);
+        }
+        let [a, b, c] = [along(edges[0]), along(edges[1]), along(edges[2])];
         let dual = [b.cross(&c), c.cross(&a), a.cross(&b)];
         // The volume is known best from the product of the two longer edges.
         let (_, volume) =
