@@ -93,11 +93,11 @@ const ROUNDS: usize = 40;
 fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let hull = hull.sharpened();
     let mesh = hull.data().mesh();
-    let made: Vec<(FaceFunction, [Option<CellQuadric>; 2])> = (0..mesh.face_count())
+    let (mut faces, mut quadrics): (Vec<FaceFunction>, Vec<[Option<CellQuadric>; 2]>) = Default::default();
+    (0..mesh.face_count())
         .into_par_iter()
         .map(|f| face_function(&hull, f.into(), options.layer2))
-        .collect();
-    let (faces, quadrics): (Vec<FaceFunction>, Vec<[Option<CellQuadric>; 2]>) = made.into_iter().unzip();
+        .unzip_into_vecs(&mut faces, &mut quadrics);
     let edges: Vec<[Option<EdgeSide>; 2]> = (0..mesh.edge_count())
         .into_par_iter()
         .map(|e| Side::BOTH.map(|side| edge_side(&hull, &faces, e.into(), side)))

@@ -181,8 +181,7 @@ impl TriangleLane {
 
     /// A vector at each corner, by coordinates.
     #[inline(always)]
-    fn of(&self, vectors: &Points) -> [[[f64; LANES]; 3]; 3] {
-        let mut found = [[[0.0; LANES]; 3]; 3];
+    fn read(&self, vectors: &Points, found: &mut [[[f64; LANES]; 3]; 3]) {
         for (found, points) in found.iter_mut().zip(&self.corners) {
             for (found, from) in found.iter_mut().zip([&vectors.x, &vectors.y, &vectors.z]) {
                 if self.is_run {
@@ -192,7 +191,6 @@ impl TriangleLane {
                 }
             }
         }
-        found
     }
 }
 
@@ -243,13 +241,17 @@ impl WithSimd for Turning<'_> {
         // All in squares: no roots.
         let [rounded, steady] = [ROUNDED, 3.0 * SUSPECT].map(|x| x * x);
         let mut turn = Turn { folds: false, suspect: false };
+        let [mut points, mut normals] = [[[[0.0; LANES]; 3]; 3]; 2];
         for triangles in self.triangles {
-            let (points, normals) = (triangles.of(self.points), triangles.of(self.normals));
+            triangles.read(self.points, &mut points);
+            triangles.read(self.normals, &mut normals);
             let [mut size, mut longest, mut product] = [[0.0; LANES]; 3];
             let mut between = [[0.0; LANES]; 3];
             for part in 0..LANES / S::F64_LANES {
-                let [a, b, c] = [0, 1, 2].map(|corner| part_of::<S>(&points[corner], part));
-                let [n_a, n_b, n_c] = [0, 1, 2].map(|corner| part_of::<S>(&normals[corner], part));
+                let (a, b) = (part_of::<S>(&points[0], part), part_of::<S>(&points[1], part));
+                let c = part_of::<S>(&points[2], part);
+                let (n_a, n_b) = (part_of::<S>(&normals[0], part), part_of::<S>(&normals[1], part));
+                let n_c = part_of::<S>(&normals[2], part);
                 let u = scaled(simd, minus(simd, b, a), scale);
                 let v = scaled(simd, minus(simd, c, b), scale);
                 let w = scaled(simd, minus(simd, c, a), scale);

@@ -17,13 +17,16 @@ use super::base_mesh::BaseMesh;
 use super::estimate::{TensorFit, tangent_frame, tensor};
 use crate::geom::{Mat3, Point3, Vec3, angle_between};
 use crate::mesh::{EdgeId, VertexId};
-use nalgebra::Vector3;
+use nalgebra::{Cholesky, Const, Matrix3, Vector3};
+
+/// Of the normal equations at a vertex.
+type Factor = Cholesky<f64, Const<3>>;
 
 /// Weight of the estimate at a vertex alone.
 const PRIOR: f64 = 1e-2;
 /// Added to the Gram matrix of N0 and N1, which is singular where both normals agree.
 const GRAM_REGULARISATION: f64 = 1e-6;
-/// Sweeps over the vertices. More change no patch visibly; flat parts with a little noise need most of them.
+/// Most sweeps over the vertices. More change no patch visibly; flat parts with a little noise need most of them.
 const SWEEPS: usize = 60;
 
 /// One edge inside: the way of q2 is (r0, r1) in the metric of both normals, r = `scale` · k − `wanted`. Relative to the length of the edge.
@@ -52,13 +55,26 @@ pub fn compatible_curvatures(base: &BaseMesh, stiffness: &[f64]) -> Vec<Mat3> {
     let alone = |v| TensorFit::at(&base.mesh, &base.positions, &base.normals, v);
     let alone: Vec<TensorFit> = base.mesh.vertices().map(alone).collect();
     let mut k: Vec<Vector3<f64>> = alone.iter().map(TensorFit::solve).collect();
+    // The matrices do not depend on the tensors: one factorization does for all sweeps.
+    let factors: Vec<Option<Factor>> = alone
+        .iter()
+        .zip(&joints_of)
+        .map(|(alone, around)| {
+            around.iter().fold(PRIOR * alone.a, |a, (j, i)| a + joints[*j].matrix(*i)).cholesky()
+        })
+        .collect();
     for _ in 0..SWEEPS {
+        let mut changed = false;
         for v in 0..k.len() {
-            let mut fit = TensorFit { a: PRIOR * alone[v].a, b: PRIOR * alone[v].b };
-            for (j, i) in &joints_of[v] {
-                joints[*j].add_to(&mut fit, *i, &k);
-            }
-            k[v] = fit.solve();
+            let wanted =
+                joints_of[v].iter().fold(PRIOR * alone[v].b, |b, (j, i)| b + joints[*j].wanted(*i, &k));
+            let solved = factors[v].as_ref().map_or_else(Vector3::zeros, |factor| factor.solve(&wanted));
+            changed |= solved != k[v];
+            k[v] = solved;
+        }
+        // More sweeps would change nothing.
+        if !changed {
+            break;
         }
     }
     k.iter().zip(&frames).map(|(k, frame)| tensor(k, frame)).collect()
@@ -94,13 +110,17 @@ impl Joint {
         })
     }
 
-    /// What the edge wants of the tensor at its end `i`, for the present tensor at the other one.
-    fn add_to(&self, fit: &mut TensorFit, i: usize, k: &[Vector3<f64>]) {
+    /// Its part of the matrix of the normal equations at its end `i`.
+    fn matrix(&self, i: usize) -> Matrix3<f64> {
+        self.metric[0] * self.scale * self.scale * self.rows[i] * self.rows[i].transpose()
+    }
+
+    /// Its part of their right side, for the present tensor at the other end.
+    fn wanted(&self, i: usize, k: &[Vector3<f64>]) -> Vector3<f64> {
         let other = 1 - i;
         let rest = self.scale * self.rows[other].dot(&k[self.ends[other].index()]) - self.wanted[other];
         let [diagonal, coupling] = self.metric;
-        fit.a += diagonal * self.scale * self.scale * self.rows[i] * self.rows[i].transpose();
-        fit.b += self.scale * (diagonal * self.wanted[i] - coupling * rest) * self.rows[i];
+        self.scale * (diagonal * self.wanted[i] - coupling * rest) * self.rows[i]
     }
 }
 

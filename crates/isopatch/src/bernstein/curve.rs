@@ -3,8 +3,13 @@
 use crate::geom::Point3;
 
 /// Binomial coefficient, exact for the small arguments of Bernstein polynomials.
-pub fn binomial(n: usize, k: usize) -> f64 {
-    (1..=k).fold(1.0, |c, i| c * (n + 1 - i) as f64 / i as f64).round()
+pub const fn binomial(n: usize, k: usize) -> f64 {
+    let (mut c, mut i) = (1, 1);
+    while i <= k {
+        c = c * (n + 1 - i) / i;
+        i += 1;
+    }
+    c as f64
 }
 
 /// Bernstein polynomials B_0 … B_n of degree n = N − 1 at t.
@@ -31,10 +36,11 @@ pub fn point<const N: usize>(q: &[Point3; N], t: f64) -> Point3 {
 /// coordinate that all points share, so a curve in a plane x, y or z = constant stays in it.
 pub fn elevate<const M: usize, const N: usize>(q: &[Point3; M]) -> [Point3; N] {
     let (m, n) = (M - 1, N - 1);
+    let shares = const { elevation::<M, N>() };
     let mut c = [Point3::zeros(); N];
     for i in 1..n {
         for j in i.saturating_sub(n - m)..=i.min(m) {
-            c[i] += binomial(m, j) * binomial(n - m, i - j) / binomial(n, i) * q[j];
+            c[i] += shares[i][j] * q[j];
         }
     }
     for axis in (0..3).filter(|axis| q.iter().all(|p| p[*axis] == q[0][*axis])) {
@@ -42,6 +48,22 @@ pub fn elevate<const M: usize, const N: usize>(q: &[Point3; M]) -> [Point3; N] {
     }
     (c[0], c[n]) = (q[0], q[m]);
     c
+}
+
+/// What each q_j gives to each c_i inside, see [`elevate`].
+const fn elevation<const M: usize, const N: usize>() -> [[f64; M]; N] {
+    let (m, n) = (M - 1, N - 1);
+    let mut shares = [[0.0; M]; N];
+    let mut i = 1;
+    while i < n {
+        let mut j = i.saturating_sub(n - m);
+        while j <= i && j <= m {
+            shares[i][j] = binomial(m, j) * binomial(n - m, i - j) / binomial(n, i);
+            j += 1;
+        }
+        i += 1;
+    }
+    shares
 }
 
 /// Control points of the two halves of a Bézier curve, split at t = 1/2.

@@ -22,25 +22,20 @@ pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
     let y = [-1.0, -1.0, 2.0].map(|c| c / 3f64.sqrt());
     let mut energy = DMatrix::zeros(index::count(n), index::count(n));
     // Squares of derivatives of second or higher order have degree 2 (n − 2) at most.
+    let lowest = n - order;
     for (uvw, weight) in triangle_gauss(n) {
-        for by_y in 0..=order {
-            let directions: Vec<[f64; 3]> =
-                (0..order).map(|i| if i < order - by_y { x } else { y }).collect();
-            let row = derivative(n, uvw, &directions);
-            energy.ger(weight * curve::binomial(order, by_y), &row, &row, 1.0);
+        // All derivatives that begin with so many by y share what these give.
+        let mut by_y = triangle::basis(lowest, uvw);
+        for count in 0..=order {
+            if count > 0 {
+                by_y = triangle::differentiate_row(lowest + count, &by_y, y);
+            }
+            let by_x = |row: Vec<f64>, i| triangle::differentiate_row(lowest + i + 1, &row, x);
+            let row = DVector::from_vec((count..order).fold(by_y.clone(), by_x));
+            energy.ger(weight * curve::binomial(order, count), &row, &row, 1.0);
         }
     }
     energy
-}
-
-/// The derivative of a net of degree n by several directions at a point, as a row.
-fn derivative(n: usize, uvw: [f64; 3], directions: &[[f64; 3]]) -> DVector<f64> {
-    let lowest = n - directions.len();
-    let row =
-        directions.iter().rev().enumerate().fold(triangle::basis(lowest, uvw), |row, (i, direction)| {
-            triangle::differentiate_row(lowest + i + 1, &row, *direction)
-        });
-    DVector::from_vec(row)
 }
 
 /// The matrix that gives the interior control points of least thin-plate energy from the boundary ones:
@@ -54,7 +49,11 @@ pub fn thin_plate_fill(n: usize) -> DMatrix<f64> {
 ///
 /// Polynomials of a degree below the order are reproduced.
 pub fn fill(n: usize, order: usize, free: impl Fn([usize; 3]) -> bool) -> DMatrix<f64> {
-    let energy = variation(n, order);
+    least(&variation(n, order), n, free)
+}
+
+/// The same with the least of an energy, cᵀ E c for each coordinate.
+pub fn least(energy: &DMatrix<f64>, n: usize, free: impl Fn([usize; 3]) -> bool) -> DMatrix<f64> {
     let (free, others): (Vec<_>, Vec<_>) = index::indices(n).partition(|ijk| free(*ijk));
     let block = |rows: &[[usize; 3]], columns: &[[usize; 3]]| {
         DMatrix::from_fn(rows.len(), columns.len(), |r, c| {

@@ -19,20 +19,26 @@ impl EdgeBasis {
     /// Of a tetrahedron; not finite if that is flat.
     pub fn new(corners: &[Point3; 4]) -> Self {
         let along = |[a, b]: [usize; 2]| corners[b] - corners[a];
+        let mut lengths = [[0.0; 4]; 4];
+        for [a, b] in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]] {
+            lengths[a][b] = along([a, b]).norm_squared();
+            lengths[b][a] = lengths[a][b];
+        }
         let mut reached = [true, false, false, false];
-        let edges = [(); 3].map(|()| {
+        let mut edges = [[0, 0]; 3];
+        for shortest in &mut edges {
             // A step of Prim's algorithm.
-            let (mut shortest, mut least) = ([0, 0], f64::INFINITY);
-            for edge in (0..16).map(|n| [n / 4, n % 4]).filter(|[a, b]| reached[*a] && !reached[*b]) {
-                let length = along(edge).norm_squared();
-                if length < least {
-                    (shortest, least) = (edge, length);
+            let mut least = f64::INFINITY;
+            for a in 0..4 {
+                for b in 0..4 {
+                    if reached[a] & !reached[b] & (lengths[a][b] < least) {
+                        (*shortest, least) = ([a, b], lengths[a][b]);
+                    }
                 }
             }
             reached[shortest[1]] = true;
-            shortest
-        });
-        let [a, b, c] = edges.map(along);
+        }
+        let [a, b, c] = [along(edges[0]), along(edges[1]), along(edges[2])];
         let dual = [b.cross(&c), c.cross(&a), a.cross(&b)];
         // The volume is known best from the product of the two longer edges.
         let (_, volume) =

@@ -1,6 +1,6 @@
 //! Binary glTF 2.0.
 
-use super::text::{write_items, write_items_with};
+use super::text::Buffers;
 use super::{ThinParts, Unit, WriteError, error};
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::tessellate::{APatchTriangles, Tessellation};
@@ -58,15 +58,17 @@ pub fn write_glb_with(
     let mut scene = scene(counts, &bounds, &center, options.unit);
     more.iter().for_each(|(mode, points)| add_primitive(&mut scene, *mode, points, &center));
     write_head(&scene, binary, out)?;
-    write_items(out, mesh.positions.len(), |v, bytes| {
+    let mut buffers = Buffers::default();
+    buffers.write_items(out, mesh.positions.len(), |v, bytes| {
         push_vector(bytes, relative(&mesh.positions[v], &center))
     })?;
-    write_items(out, mesh.normals.len(), |v, bytes| {
+    buffers.write_items(out, mesh.normals.len(), |v, bytes| {
         push_vector(bytes, relative(&mesh.normals[v], &Vec3::zeros()));
     })?;
-    write_items(out, mesh.triangles.len(), |t, bytes| push_triangle(bytes, mesh.triangles[t]))?;
+    buffers.write_items(out, mesh.triangles.len(), |t, bytes| push_triangle(bytes, mesh.triangles[t]))?;
     for (_, points) in more {
-        write_items(out, points.len(), |v, bytes| push_vector(bytes, relative(&points[v], &center)))?;
+        buffers
+            .write_items(out, points.len(), |v, bytes| push_vector(bytes, relative(&points[v], &center)))?;
     }
     Ok(())
 }
@@ -83,27 +85,26 @@ pub fn write_glb_of_a_patches(
     let counts = [triangles.point_count(), triangles.triangle_count()];
     write_head(&scene(counts, bounds, &center, options.unit), counts[0] * 24 + counts[1] * 12, out)?;
     let room = || [Points::default(), Points::default()];
-    write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
+    let mut buffers = Buffers::default();
+    buffers.write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
         triangles.points(part, false, points, normals);
-        (0..points.len()).for_each(|i| push_vector(bytes, relative(&points.get(i), &center)));
+        push_vectors(bytes, points, &center);
     })?;
     // The first normal that is none.
     let bad = AtomicUsize::new(usize::MAX);
-    write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
+    buffers.write_items_with(out, triangles.point_parts(), room, |[points, normals], part, bytes| {
         triangles.points(part, true, points, normals);
-        for i in 0..normals.len() {
-            let normal = normals.get(i);
-            if !(normal.x.is_finite() & normal.y.is_finite() & normal.z.is_finite()) {
-                bad.fetch_min(triangles.first_point(part) + i, Ordering::Relaxed);
-            }
-            push_vector(bytes, relative(&normal, &Vec3::zeros()));
+        push_vectors(bytes, normals, &Vec3::zeros());
+        let is_finite = |v: Vec3| v.x.is_finite() & v.y.is_finite() & v.z.is_finite();
+        if let Some(i) = (0..normals.len()).find(|i| !is_finite(normals.get(*i))) {
+            bad.fetch_min(triangles.first_point(part) + i, Ordering::Relaxed);
         }
     })?;
     match bad.into_inner() {
         usize::MAX => {}
         index => return Err(WriteError::NotFinite { what: "vertex", index }),
     }
-    Ok(write_items_with(out, triangles.triangle_parts(), Vec::new, |numbers, part, bytes| {
+    Ok(buffers.write_items_with(out, triangles.triangle_parts(), Vec::new, |numbers, part, bytes| {
         triangles.part_triangles(part, numbers, |t| push_triangle(bytes, t));
     })?)
 }
@@ -134,14 +135,33 @@ fn push_vector(bytes: &mut Vec<u8>, v: [f32; 3]) {
     push_words(bytes, v.map(f32::to_bits));
 }
 
+/// Many of them: room is asked for once.
+fn push_vectors(bytes: &mut Vec<u8>, vectors: &Points, center: &Vec3) {
+    let start = bytes.len();
+    bytes.resize(start + vectors.len() * VECTOR, 0);
+    for (i, bytes) in bytes[start..].chunks_exact_mut(VECTOR).enumerate() {
+        bytes.copy_from_slice(&little_endian(relative(&vectors.get(i), center).map(f32::to_bits)));
+    }
+}
+
+#[inline]
 fn push_triangle(bytes: &mut Vec<u8>, triangle: [u32; 3]) {
     push_words(bytes, triangle);
 }
 
 /// Little-endian, at once: each addition to a vector asks whether there is room.
+#[inline]
 fn push_words(bytes: &mut Vec<u8>, words: [u32; 3]) {
+    bytes.extend_from_slice(&little_endian(words));
+}
+
+/// Bytes of a vector or a triangle.
+const VECTOR: usize = 12;
+
+#[inline]
+fn little_endian(words: [u32; 3]) -> [u8; VECTOR] {
     let [a, b, c] = words.map(u32::to_le_bytes);
-    bytes.extend_from_slice(&[a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1], c[2], c[3]]);
+    [a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1], c[2], c[3]]
 }
 
 /// Adds points of a drawing mode after what the scene has; nothing where there are none, or no triangles.

@@ -1,5 +1,6 @@
 //! Numbers as text, and text in parallel.
 
+use super::fraction::{self, EIGHT_DIGITS, ascii, eight_digits};
 use rayon::prelude::*;
 use std::io::{self, Write};
 
@@ -18,6 +19,9 @@ const PLAIN: std::ops::Range<f64> = 1e-4..1e15;
 
 /// Appends the shortest decimal that reads back as `x`, as ISO 10303-21 wants a REAL: with a point, exponent E.
 pub fn push_real(text: &mut Vec<u8>, x: f64) {
+    if push_fraction(text, x) {
+        return;
+    }
     let mut buffer = zmij::Buffer::new();
     let digits = buffer.format_finite(x);
     let is_plain = PLAIN.contains(&x.abs());
@@ -36,7 +40,18 @@ pub fn push_real(text: &mut Vec<u8>, x: f64) {
 
 /// Appends the shortest decimal that reads back as `x`.
 pub fn push_float(text: &mut Vec<u8>, x: f64) {
-    push_word(text, zmij::Buffer::new().format_finite(x).as_bytes());
+    if !push_fraction(text, x) {
+        push_word(text, zmij::Buffer::new().format_finite(x).as_bytes());
+    }
+}
+
+/// Appends the shortest decimal of most numbers between 0 and 1; false for others.
+fn push_fraction(text: &mut Vec<u8>, x: f64) -> bool {
+    let start = text.len();
+    text.extend_from_slice(&[b'0'; fraction::ROOM]);
+    let length = text.last_chunk_mut().and_then(|text| fraction::write(x, text));
+    text.truncate(start + length.unwrap_or(0));
+    length.is_some()
 }
 
 /// Bytes that are copied at once.
@@ -58,7 +73,14 @@ fn push_word(text: &mut Vec<u8>, word: &[u8]) {
 
 /// Appends an unsigned integer.
 pub fn push_integer(text: &mut Vec<u8>, n: u64) {
-    text.extend_from_slice(itoa::Buffer::new().format(n).as_bytes());
+    if n >= EIGHT_DIGITS {
+        return text.extend_from_slice(itoa::Buffer::new().format(n).as_bytes());
+    }
+    let digits = eight_digits(n as u32);
+    // The first digit is in the lowest byte; the last one stays, even if it is zero.
+    let zeros = (digits.trailing_zeros() / u8::BITS).min(7);
+    text.extend_from_slice(&(u64::from_le_bytes(ascii(digits)) >> (u8::BITS * zeros)).to_le_bytes());
+    text.truncate(text.len() - zeros as usize);
 }
 
 /// Writes items 0 … `count` − 1 in order, each as `format` appends it, formatting in parallel.
@@ -67,48 +89,72 @@ pub fn write_items(
     count: usize,
     format: impl Fn(usize, &mut Vec<u8>) + Sync,
 ) -> io::Result<()> {
-    write_items_with(out, count, || (), |(), item, text| format(item, text))
+    Buffers::default().write_items(out, count, format)
 }
 
-/// The same with something that `format` works in, which is made once a buffer.
-pub fn write_items_with<R>(
-    out: &mut impl Write,
-    count: usize,
-    room: impl Fn() -> R + Sync,
-    format: impl Fn(&mut R, usize, &mut Vec<u8>) + Sync,
-) -> io::Result<()> {
-    let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
+/// Memory for what is written, kept for what is written next: new memory is slower than the text that goes into it.
+#[derive(Debug, Default)]
+pub struct Buffers(Vec<Vec<u8>>);
+
+impl Buffers {
+    /// As [`write_items`].
+    pub fn write_items(
+        &mut self,
+        out: &mut impl Write,
+        count: usize,
+        format: impl Fn(usize, &mut Vec<u8>) + Sync,
+    ) -> io::Result<()> {
+        self.write_items_with(out, count, || (), |(), item, text| format(item, text))
+    }
+
+    /// So many of them at least.
+    fn at_least(&mut self, count: usize) -> &mut [Vec<u8>] {
+        let more = count.saturating_sub(self.0.len());
+        self.0.extend((0..more).map(|_| Vec::with_capacity(ROOM)));
+        &mut self.0
+    }
+
+    /// The same with something that `format` works in, which is made once a buffer.
+    pub fn write_items_with<R>(
+        &mut self,
+        out: &mut impl Write,
+        count: usize,
+        room: impl Fn() -> R + Sync,
+        format: impl Fn(&mut R, usize, &mut Vec<u8>) + Sync,
+    ) -> io::Result<()> {
+        let fill = |buffer: &mut Vec<u8>, items: std::ops::Range<usize>| {
+            buffer.clear();
+            let mut room = room();
+            items.for_each(|item| format(&mut room, item, buffer));
+        };
+        // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
+        // not depend on the number of threads.
+        let (buffer, mut first) = (&mut self.at_least(1)[0], 0);
         buffer.clear();
-        let mut room = room();
-        items.for_each(|item| format(&mut room, item, buffer));
-    };
-    // The length of the first items says how many go into a buffer: what is compressed depends on where buffers end, and that must
-    // not depend on the number of threads.
-    let (mut buffer, mut first) = (Vec::with_capacity(ROOM), 0);
-    let mut room_of_first = room();
-    while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
-        format(&mut room_of_first, first, &mut buffer);
-        first += 1;
+        let mut room_of_first = room();
+        while first < count.min(FIRST_ITEMS) && buffer.len() < BYTES_PER_BUFFER {
+            format(&mut room_of_first, first, buffer);
+            first += 1;
+        }
+        out.write_all(buffer)?;
+        let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
+        // One thread alone writes a buffer while it is in the cache.
+        let most = match rayon::current_num_threads() {
+            1 => 1,
+            threads => BUFFERS_PER_THREAD * threads,
+        };
+        let wanted = most.min(count.saturating_sub(first).div_ceil(items));
+        let buffers = self.at_least(wanted);
+        for start in (first..count).step_by(most * items) {
+            let used = most.min((count - start).div_ceil(items));
+            buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
+                let first = start + b * items;
+                fill(buffer, first..count.min(first + items));
+            });
+            buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
+        }
+        Ok(())
     }
-    out.write_all(&buffer)?;
-    let items = (first * BYTES_PER_BUFFER).div_ceil(buffer.len().max(FIRST_ITEMS)).max(1);
-    // One thread alone writes a buffer while it is in the cache.
-    let most = match rayon::current_num_threads() {
-        1 => 1,
-        threads => BUFFERS_PER_THREAD * threads,
-    };
-    let wanted = most.min(count.saturating_sub(first).div_ceil(items));
-    let more = (1..wanted).map(|_| Vec::with_capacity(ROOM));
-    let mut buffers: Vec<Vec<u8>> = std::iter::once(buffer).chain(more).collect();
-    for start in (first..count).step_by(most * items) {
-        let used = most.min((count - start).div_ceil(items));
-        buffers[..used].par_iter_mut().enumerate().for_each(|(b, buffer)| {
-            let first = start + b * items;
-            fill(buffer, first..count.min(first + items));
-        });
-        buffers[..used].iter().try_for_each(|buffer| out.write_all(buffer))?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -136,7 +182,7 @@ mod tests {
 
     #[test]
     fn integers_are_decimal() {
-        for n in [0, 7, 10, 99, 100, 999, 1000, 12345, 1234567890, u64::MAX] {
+        for n in [0, 7, 10, 99, 100, 999, 1000, 12345, 99_999_999, 100_000_000, 1234567890, u64::MAX] {
             let mut text = Vec::new();
             push_integer(&mut text, n);
             assert_eq!(text, n.to_string().into_bytes());

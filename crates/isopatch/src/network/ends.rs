@@ -2,7 +2,6 @@
 
 use super::quartic::{CurveError, CurveOptions, QuarticCurve};
 use crate::base::{BaseMesh, BoxSide};
-use crate::bernstein::curve;
 use crate::geom::{Point3, Vec3, angle_between};
 use crate::mesh::{EdgeId, VertexId};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
@@ -117,20 +116,20 @@ impl Ends {
         Self { across: Some(side.axis), turn: [0.0; 2], ..self }
     }
 
-    /// The point at t, relative to q0, of the quintic curve with the positions, tangents and normal curvatures of both ends.
+    /// Points, relative to q0, of the quintic curve with the positions, tangents and normal curvatures of both ends: one for each
+    /// row of the values of the six Bernstein polynomials.
     ///
     /// Its parameter runs as that of a circular arc through the ends does on average: the second derivatives are
     /// k ℓ² N, with ℓ the length of the arc that leaves the chord at the mean of the two angles.
-    pub fn hermite_point(&self, t: f64) -> Vec3 {
+    pub fn hermite_points<const N: usize>(&self, bases: &[[f64; 6]; N]) -> [Vec3; N] {
         let angle = 0.5 * (angle_between(&self.t[0], &self.chord) + angle_between(&self.t[1], &self.chord));
         let arc = self.length * if angle > 0.0 { angle / angle.sin() } else { 1.0 };
         let speed = self.t.map(|t| arc * t);
         let bend: [Vec3; 2] = std::array::from_fn(|i| arc * arc * self.k[i][0] * self.n[i]);
-        let b = curve::basis::<6>(t);
         let before = [Vec3::zeros(), speed[0] / 5.0, 2.0 / 5.0 * speed[0] + bend[0] / 20.0];
         let after =
             [self.chord - 2.0 / 5.0 * speed[1] + bend[1] / 20.0, self.chord - speed[1] / 5.0, self.chord];
-        (0..3).map(|i| b[i] * before[i] + b[i + 3] * after[i]).sum()
+        bases.map(|b| (0..3).map(|i| b[i] * before[i] + b[i + 3] * after[i]).sum())
     }
 
     /// wᵀ M w of the first control vector w at an end, λ² k for a tangent along the chord.

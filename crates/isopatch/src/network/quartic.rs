@@ -148,6 +148,8 @@ pub(super) struct Table {
     t: [f64; SAMPLES],
     /// Quartic Bernstein polynomials.
     pub b: [[f64; 5]; SAMPLES],
+    /// Quintic ones.
+    quintic: [[f64; 6]; SAMPLES],
     /// Σ B2², and Σ B1 B2 over it (Σ B3 B2 is the same by symmetry).
     pub b22: f64,
     pub a: f64,
@@ -161,7 +163,8 @@ pub(super) static TABLE: LazyLock<Table> = LazyLock::new(|| {
     let b = t.map(basis::<5>);
     let b22: f64 = b.iter().map(|b| b[2] * b[2]).sum();
     let a = b.iter().map(|b| b[1] * b[2]).sum::<f64>() / b22;
-    Table { t, b, b22, a, p1: b.map(|b| b[1] - a * b[2]), p3: b.map(|b| b[3] - a * b[2]) }
+    let quintic = t.map(basis::<6>);
+    Table { t, b, quintic, b22, a, p1: b.map(|b| b[1] - a * b[2]), p3: b.map(|b| b[3] - a * b[2]) }
 });
 
 /// One boundary curve for each edge of the base mesh, from its positions, normals and curvature tensors.
@@ -200,7 +203,7 @@ pub fn interpolate_edges(
         .with_min_len(BATCH)
         .map(|edge| {
             let ends = Ends::of(base, *edge, options)?;
-            let fit = ends.fit(TABLE.t.map(|t| ends.hermite_point(t)), options);
+            let fit = ends.fit(ends.hermite_points(&TABLE.quintic), options);
             ends.finish(base, *edge, &fit, options)
         })
         .collect()

@@ -18,6 +18,7 @@ use crate::base::BaseMesh;
 use crate::bernstein::{energy, index};
 use crate::geom::{Point3, Vec3};
 use crate::network::QuarticCurve;
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -32,29 +33,30 @@ const BATCH: usize = 8;
 /// Control points as linear combinations of the others.
 struct Filler {
     free: Vec<usize>,
-    /// (free) × (all): zero for the free ones.
-    rows: Vec<[f64; NET]>,
+    others: Vec<usize>,
+    /// (others) × (free).
+    shares: Vec<Vec<f64>>,
 }
 
 impl Filler {
-    fn new(order: usize, is_free: impl Fn([usize; 3]) -> bool) -> Self {
-        let matrix = energy::fill(DEGREE, order, &is_free);
+    fn new(energy: &DMatrix<f64>, is_free: impl Fn([usize; 3]) -> bool) -> Self {
+        let matrix = energy::least(energy, DEGREE, &is_free);
         let (free, others): (Vec<_>, Vec<_>) = index::indices(DEGREE).partition(|ijk| is_free(*ijk));
-        let rows = matrix.row_iter().map(|row| {
-            let mut full = [0.0; NET];
-            others.iter().zip(row.iter()).for_each(|(ijk, w)| full[index::position(*ijk)] = *w);
-            full
-        });
-        Self { rows: rows.collect(), free: free.into_iter().map(index::position).collect() }
+        let places = |indices: Vec<[usize; 3]>| indices.into_iter().map(index::position).collect();
+        let shares = matrix.column_iter().map(|column| column.iter().copied().collect()).collect();
+        Self { free: places(free), others: places(others), shares }
     }
 
     fn fill(&self, nets: &mut [Net]) {
         nets.par_iter_mut().with_min_len(BATCH).for_each(|net| {
             let origin = net[0];
-            let offsets: [Vec3; NET] = net.map(|p| p - origin);
-            for (row, place) in self.rows.iter().zip(&self.free) {
-                net[*place] = origin + row.iter().zip(&offsets).map(|(w, p)| *w * *p).sum::<Vec3>();
+            // All free points grow side by side: one sum after the other would wait for each addition.
+            let mut sums = [Vec3::zeros(); NET];
+            for (shares, place) in self.shares.iter().zip(&self.others) {
+                let offset = net[*place] - origin;
+                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += *share * offset);
             }
+            self.free.iter().zip(sums).for_each(|(place, sum)| net[*place] = origin + sum);
         });
     }
 }
@@ -67,10 +69,12 @@ struct Fillers {
 
 static FILLERS: LazyLock<Fillers> = LazyLock::new(|| {
     let is_twist = |ijk: [usize; 3]| ijk.contains(&(DEGREE - 2)) && !index::is_boundary(ijk);
+    let [from_boundary, from_twists] =
+        [FROM_BOUNDARY, FROM_TWISTS].map(|order| energy::variation(DEGREE, order));
     Fillers {
-        inside: Filler::new(FROM_BOUNDARY, |ijk| !index::is_boundary(ijk)),
-        inside_twists: Filler::new(FROM_TWISTS, |ijk| !index::is_boundary(ijk) && !is_twist(ijk)),
-        free_points: Filler::new(FROM_TWISTS, |ijk| FREE_POINTS.contains(&index::position(ijk))),
+        inside: Filler::new(&from_boundary, |ijk| !index::is_boundary(ijk)),
+        inside_twists: Filler::new(&from_twists, |ijk| !index::is_boundary(ijk) && !is_twist(ijk)),
+        free_points: Filler::new(&from_twists, |ijk| FREE_POINTS.contains(&index::position(ijk))),
     }
 });
 

@@ -84,10 +84,12 @@ impl EdgeCells {
     fn of(function: &APatchFunction, e: EdgeId) -> Self {
         let hull = function.hull();
         let (mesh, h) = (hull.data().mesh(), hull.data().mesh().edge_half_edge(e));
-        let sides = Side::BOTH.map(|side| {
+        let of_side = |side| {
             let [u_l, _, _, u_k] = function.edge_cell(e, side)?;
             Some(([u_l, u_k], function.edge_function(e, side)?))
-        });
+        };
+        // Each made where it is to stand: a map over the sides would move them.
+        let sides = [of_side(Side::Outer), of_side(Side::Inner)];
         let ends = [mesh.origin(h), mesh.dest(h)].map(|v| hull.data().positions()[v.index()]);
         Self { class: hull.edges()[e.index()].class, ends, sides }
     }
@@ -190,7 +192,7 @@ impl EdgePatch {
     fn new(edge: &EdgeCells, normals: bool) -> Self {
         let [p_i, p_j] = edge.ends;
         let mut layer0 = [0.0; 2];
-        let sides = Side::BOTH.map(|side| {
+        let mut of_side = |side: Side| {
             let ([u_l, u_k], cell) = edge.sides[side.index()].as_ref()?;
             layer0 = cell.e.map(|e| side.sign() * e);
             Some(EdgeRay {
@@ -203,7 +205,8 @@ impl EdgePatch {
                 far: cell.far,
                 to_gradient: if normals { to_gradient(side, &[*u_l, p_i, p_j, *u_k]) } else { [0.0; 12] },
             })
-        });
+        };
+        let sides = [of_side(Side::Outer), of_side(Side::Inner)];
         Self { class: edge.class, ends: edge.ends.map(Into::into), e: layer0, sides }
     }
 }

@@ -156,7 +156,7 @@ impl<'a> FaceCells<'a> {
 impl FacePatch {
     fn new(cells: &FaceCells<'_>, normals: bool) -> Self {
         let FaceCells { class, corners, apexes, function: face, free } = *cells;
-        let sides = Side::BOTH.map(|side| {
+        let of_side = |side: Side| {
             let cell = face.sides[side.index()].as_ref()?;
             let apex = apexes[side.index()]?;
             let b = free[side.index()];
@@ -170,7 +170,9 @@ impl FacePatch {
                 b: [b / 3.0, b],
                 to_gradient: if normals { to_gradient(side, &[p, q, r, apex]) } else { [0.0; 12] },
             })
-        });
+        };
+        // Each made where it is to stand: a map over the sides would move them.
+        let sides = [of_side(Side::Outer), of_side(Side::Inner)];
         Self { corners: corners.map(Into::into), data: face.base.data(), class, sides }
     }
 }

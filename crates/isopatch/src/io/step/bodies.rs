@@ -25,10 +25,15 @@ pub enum Body {
     Sheet(Vec<PatchId>),
 }
 
+/// Triangles of a patch in the tessellation.
+const TRIANGLES: usize = RESOLUTION * RESOLUTION;
+/// Patches whose solid angles are added up first: sums of fixed length keep the result independent of the number of threads.
+const PATCHES_PER_SUM: usize = 64;
+
 /// A component, tessellated.
-struct Component {
+struct Component<'a> {
     patches: Vec<PatchId>,
-    triangles: Vec<[Point3; 3]>,
+    mesh: &'a Tessellation,
     bounds: Aabb,
     volume: f64,
 }
@@ -40,7 +45,7 @@ struct Component {
 pub fn bodies(surface: &dyn Surface) -> Result<Vec<Body>, WriteError> {
     let parts = components(surface);
     let mesh = tessellate(surface, &TessellateOptions { resolution: RESOLUTION })?;
-    let closed: Vec<Option<Component>> = parts
+    let closed: Vec<Option<Component<'_>>> = parts
         .iter()
         .map(|(patches, is_closed)| is_closed.then(|| Component::new(patches.clone(), &mesh)))
         .collect();
@@ -101,8 +106,8 @@ fn components(surface: &dyn Surface) -> Vec<(Vec<PatchId>, bool)> {
 }
 
 /// Position of the smallest outer component around a cavity.
-fn enclosing(cavity: &Component, closed: &[Option<Component>]) -> Result<usize, WriteError> {
-    let inside = cavity.triangles[0][0];
+fn enclosing(cavity: &Component<'_>, closed: &[Option<Component<'_>>]) -> Result<usize, WriteError> {
+    let inside = corners(cavity.mesh, cavity.patches[0], 0)[0];
     let candidates = closed.iter().enumerate().filter_map(|(k, c)| c.as_ref().map(|c| (k, c)));
     candidates
         .filter(|(_, c)| c.volume > 0.0 && c.bounds.contains(&inside) && c.winding_number(&inside) > 0.5)
@@ -111,35 +116,38 @@ fn enclosing(cavity: &Component, closed: &[Option<Component>]) -> Result<usize, 
         .ok_or(WriteError::InsideOut { patch: cavity.patches[0].0 })
 }
 
-impl Component {
-    fn new(patches: Vec<PatchId>, mesh: &Tessellation) -> Self {
-        let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize]);
-        let each = RESOLUTION * RESOLUTION;
-        let triangles: Vec<[Point3; 3]> = patches
-            .iter()
-            .flat_map(|p| &mesh.triangles[p.index() * each..(p.index() + 1) * each])
-            .map(corners)
-            .collect();
-        let origin = triangles[0][0];
-        let volume = triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|p| p - origin);
-            a.cross(&b).dot(&c) / 6.0
-        });
-        Self { volume: volume.sum(), bounds: Aabb::around(triangles.iter().flatten()), patches, triangles }
+/// Corners of a triangle of a patch.
+fn corners(mesh: &Tessellation, patch: PatchId, triangle: usize) -> [Point3; 3] {
+    let [a, b, c] = mesh.triangles[patch.index() * TRIANGLES + triangle];
+    [mesh.positions[a as usize], mesh.positions[b as usize], mesh.positions[c as usize]]
+}
+
+fn triangles(mesh: &Tessellation, patches: &[PatchId]) -> impl Iterator<Item = [Point3; 3]> {
+    patches.iter().flat_map(|p| (0..TRIANGLES).map(|t| corners(mesh, *p, t)))
+}
+
+impl<'a> Component<'a> {
+    fn new(patches: Vec<PatchId>, mesh: &'a Tessellation) -> Self {
+        let origin = corners(mesh, patches[0], 0)[0];
+        let volume = triangles(mesh, &patches)
+            .map(|[a, b, c]| (a - origin).cross(&(b - origin)).dot(&(c - origin)) / 6.0);
+        let volume = volume.sum();
+        let bounds = triangles(mesh, &patches).flatten().fold(Aabb::EMPTY, |b, p| b.including(&p));
+        Self { patches, mesh, bounds, volume }
     }
 
     /// How often the component winds around a point: 1 inside, 0 outside. The sum of the solid angles of the
     /// triangles, each by van Oosterom & Strackee (1983), needs no care where a ray would meet an edge.
     fn winding_number(&self, p: &Point3) -> f64 {
-        let solid_angle = |t: &[Point3; 3]| {
+        let solid_angle = |t: [Point3; 3]| {
             let [a, b, c] = t.map(|q| q - p);
             let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
             let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
             2.0 * a.cross(&b).dot(&c).atan2(denominator)
         };
-        // Partial sums of fixed length keep the result independent of the number of threads.
-        let partial: Vec<f64> =
-            self.triangles.par_chunks(1024).map(|chunk| chunk.iter().map(solid_angle).sum()).collect();
+        let partial: Vec<f64> = (self.patches.par_chunks(PATCHES_PER_SUM))
+            .map(|patches| triangles(self.mesh, patches).map(solid_angle).sum())
+            .collect();
         partial.iter().sum::<f64>() / (4.0 * PI)
     }
 }

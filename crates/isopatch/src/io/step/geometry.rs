@@ -16,6 +16,7 @@ pub enum Facing {
     Turned,
 }
 
+#[inline(always)]
 fn begin(text: &mut Vec<u8>, id: u64, rest: &str) {
     text.push(b'#');
     push_integer(text, id);
@@ -23,7 +24,8 @@ fn begin(text: &mut Vec<u8>, id: u64, rest: &str) {
     text.extend_from_slice(rest.as_bytes());
 }
 
-fn push_references(text: &mut Vec<u8>, ids: impl Iterator<Item = u64>) {
+/// Appends a list of entities.
+pub fn push_references(text: &mut Vec<u8>, ids: impl Iterator<Item = u64>) {
     text.push(b'(');
     for (k, id) in ids.enumerate() {
         text.extend_from_slice(if k == 0 { b"#" } else { b",#" });

@@ -11,7 +11,8 @@ mod product;
 mod rational;
 
 use super::net::{DEGREE, Net, nets};
-use super::{Unit, WriteError, text};
+use super::text::Buffers;
+use super::{Unit, WriteError};
 use crate::bernstein::index;
 use crate::geom::Point3;
 use crate::surface::{PatchId, Seam, Surface};
@@ -68,17 +69,19 @@ pub fn write_step(
     let nets = nets(surface, "STEP")?;
     let ids = Numbering::new(surface)?;
     product::write_header(out, options)?;
-    write_corners(surface, &nets, &ids, out)?;
-    write_seams(surface, &nets, &ids, out)?;
+    let mut buffers = Buffers::default();
+    write_corners(surface, &nets, &ids, &mut buffers, out)?;
+    write_seams(surface, &nets, &ids, &mut buffers, out)?;
     let facings = facings(surface, &bodies);
-    text::write_items(out, nets.len(), |p, text| {
+    buffers.write_items(out, nets.len(), |p, text| {
         geometry::push_patch(text, &ids, PatchId(p as u32), nets[p], facings[p]);
     })?;
     let mut entities = Entities { next: ids.end(), out };
     let faces = |patches: &[PatchId]| {
-        let ids: Vec<_> =
-            patches.iter().flat_map(|p| (0..3).map(|q| format!("#{}", ids.face(*p, q)))).collect();
-        ids.join(",")
+        let mut text = Vec::new();
+        geometry::push_references(&mut text, patches.iter().flat_map(|p| (0..3).map(|q| ids.face(*p, q))));
+        // Digits, signs and commas only.
+        String::from_utf8_lossy(&text).into_owned()
     };
     write_bodies(&bodies, &faces, options, &mut entities)?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
@@ -89,6 +92,7 @@ fn write_corners(
     surface: &dyn Surface,
     nets: &[&Net],
     ids: &Numbering,
+    buffers: &mut Buffers,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     let mut points = vec![Point3::zeros(); ids.lattice().corner_count()];
@@ -97,17 +101,18 @@ fn write_corners(
             points[corner as usize] = net[index::row(DEGREE, c, 0, 0)];
         }
     }
-    text::write_items(out, points.len(), |c, text| geometry::push_corner(text, ids, c as u32, &points[c]))
+    buffers.write_items(out, points.len(), |c, text| geometry::push_corner(text, ids, c as u32, &points[c]))
 }
 
 fn write_seams(
     surface: &dyn Surface,
     nets: &[&Net],
     ids: &Numbering,
+    buffers: &mut Buffers,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     let seams = surface.seams();
-    text::write_items(out, seams.len(), |s, text| {
+    buffers.write_items(out, seams.len(), |s, text| {
         let (row, ends) = seam_row(surface, nets, &seams[s]);
         geometry::push_seam(text, ids, s as u32, &row, ends);
     })
@@ -138,6 +143,7 @@ fn facings(surface: &dyn Surface, bodies: &[Body]) -> Vec<Facing> {
     facings
 }
 
+/// Writes the bodies and what refers to them; `faces` gives the list of the faces of some patches.
 fn write_bodies<W: Write>(
     bodies: &[Body],
     faces: &dyn Fn(&[PatchId]) -> String,
@@ -148,10 +154,10 @@ fn write_bodies<W: Write>(
     for body in bodies {
         match body {
             Body::Solid { outer, voids } => {
-                let outer = entities.add(&format!("CLOSED_SHELL('',({}))", faces(outer)))?;
+                let outer = entities.add(&format!("CLOSED_SHELL('',{})", faces(outer)))?;
                 let mut reversed = Vec::new();
                 for void in voids {
-                    let shell = entities.add(&format!("CLOSED_SHELL('',({}))", faces(void)))?;
+                    let shell = entities.add(&format!("CLOSED_SHELL('',{})", faces(void)))?;
                     reversed.push(entities.add(&format!("ORIENTED_CLOSED_SHELL('',*,#{shell},.F.)"))?);
                 }
                 solids.push(entities.add(&match reversed.is_empty() {
@@ -160,7 +166,7 @@ fn write_bodies<W: Write>(
                 })?);
             }
             Body::Sheet(patches) => {
-                let shell = entities.add(&format!("OPEN_SHELL('',({}))", faces(patches)))?;
+                let shell = entities.add(&format!("OPEN_SHELL('',{})", faces(patches)))?;
                 sheets.push(entities.add(&format!("SHELL_BASED_SURFACE_MODEL('',(#{shell}))"))?);
             }
         }

@@ -60,7 +60,7 @@ pub fn write(
     }
     let of_patches = |patches: &[PatchId]| {
         let ids = patches.iter().flat_map(|p| faces[p.index()]).map(|id| format!("#{id}"));
-        ids.collect::<Vec<_>>().join(",")
+        format!("({})", ids.collect::<Vec<_>>().join(","))
     };
     write_bodies(bodies, &of_patches, options, &mut entities)?;
     entities.out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
