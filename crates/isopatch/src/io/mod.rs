@@ -8,7 +8,6 @@
 pub mod atomic;
 mod error;
 mod format;
-mod fraction;
 pub mod gltf;
 pub mod gmsh;
 pub mod native;
