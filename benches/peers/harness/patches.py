@@ -22,6 +22,7 @@ PATCHES, RESOLUTION = 10_000, 8
 REFINED = [8, 64]
 # Patches of the torus for the time of each.
 SIZES = [1_000, 10_000, 50_000, 200_000]
+PATCHES_IN_A_TURN = 10_000
 LOAD = 600
 # Seconds from which a stage is one whose threads count, and how its time is named in answers.
 LONG_STAGE, STAGE = 0.1, "stage "
@@ -278,18 +279,27 @@ def threads(runs, folder, tolerance=1e-4):
 
 
 def per_patch(runs, sizes):
-    rows = []
+    """Sizes in turns, small ones several times in each, so that all see the machine in the same moods."""
+    what = "time for each patch of a torus"
+    answers = {size: [] for size in sizes}
+    missing = {}
     with Worker(patches_program(), 16 << 30) as worker:
-        for size in sizes:
-            what = "time for each patch of a torus"
-            try:
-                answers = [worker.ask(["patches", size], LOAD) for _ in range(runs)]
-            except Failure as reason:
-                rows.append(Figure(what, f"{size:,} asked", missing=str(reason)))
-                break
-            answer = {key: median(a[key] for a in answers) for key in answers[0]}
-            value = 1e6 * answer["seconds"] / answer["patches"]
-            rows.append(Figure(what, f"{answer['patches']:,.0f} patches", value, "µs", values=answer))
+        for _ in range(runs):
+            for size in sizes:
+                if size in missing:
+                    continue
+                try:
+                    repeats = max(1, PATCHES_IN_A_TURN // size)
+                    answers[size] += [worker.ask(["patches", size], LOAD) for _ in range(repeats)]
+                except Failure as reason:
+                    missing[size] = str(reason)
+    rows = [Figure(what, f"{size:,} asked", missing=reason) for size, reason in missing.items()]
+    for size in sizes:
+        if size in missing:
+            continue
+        answer = {key: median(a[key] for a in answers[size]) for key in answers[size][0]}
+        value = 1e6 * answer["seconds"] / answer["patches"]
+        rows.append(Figure(what, f"{answer['patches']:,.0f} patches", value, "µs", values=answer))
     values = [row.value for row in rows if row.value]
     if values:
         rows.append(Figure(what, "largest over smallest", max(values) / min(values), "×"))
