@@ -29,6 +29,8 @@ const LEAST_WINDOW: usize = 8;
 const LARGEST_WINDOW: usize = 64;
 /// Fewest of them for a thread.
 const LEAST_SHARE: usize = 4;
+/// Each thread has a copy of the mesh: with more of them, copying would take longer than trying.
+const MOST_THREADS: usize = 4;
 
 /// What a collapse finds.
 struct Site {
@@ -117,7 +119,7 @@ impl<'d, 'a> Batch<'d, 'a> {
     /// time, as if nothing had changed; what they find is taken over in the order of the edges, where nothing has.
     pub fn collapse_each(&mut self, edges: &[u32]) -> Vec<Option<Change>> {
         let window = (edges.len() / WINDOWS).clamp(LEAST_WINDOW, LARGEST_WINDOW);
-        let others = rayon::current_num_threads().min(window / LEAST_SHARE) - 1;
+        let others = rayon::current_num_threads().min(MOST_THREADS).min(window / LEAST_SHARE) - 1;
         if others == 0 {
             return edges.iter().map(|h| self.collapse(*h)).collect();
         }
