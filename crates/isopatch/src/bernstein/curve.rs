@@ -4,12 +4,12 @@ use crate::geom::Point3;
 
 /// Binomial coefficient, exact for the small arguments of Bernstein polynomials.
 pub const fn binomial(n: usize, k: usize) -> f64 {
-    let (mut c, mut i) = (1, 1);
+    let (mut c, mut i) = (1.0, 1);
     while i <= k {
-        c = c * (n + 1 - i) / i;
+        c = c * (n + 1 - i) as f64 / i as f64;
         i += 1;
     }
-    c as f64
+    c.round()
 }
 
 /// Bernstein polynomials B_0 … B_n of degree n = N − 1 at t.
@@ -86,6 +86,16 @@ mod tests {
 
     fn quartic() -> [Point3; 5] {
         std::array::from_fn(|i| Point3::new(i as f64, (i * i) as f64 - 1.5, (2.0 + i as f64).sin()))
+    }
+
+    #[test]
+    fn binomial_coefficients_of_high_degrees_do_not_overflow() {
+        assert_eq!(
+            [binomial(7, 0), binomial(7, 3), binomial(9, 9), binomial(40, 20)],
+            [1.0, 35.0, 1.0, 137846528820.0]
+        );
+        // C(100, 50), which no 64-bit integer holds.
+        assert!((binomial(100, 50) / 1.0089134454556419e29 - 1.0).abs() < 1e-13);
     }
 
     #[test]
