@@ -5,7 +5,7 @@
 
 use super::border::{Merge, collapse_bridges, flip_bridges, larger};
 use super::clip::BoxSides;
-use super::connectivity::{Connectivity, Snapshot};
+use super::connectivity::Connectivity;
 use super::local::{Change, Draft, REMOVED, Vertex};
 use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, Vec3};
@@ -22,15 +22,8 @@ const DAMPING: f64 = 0.5;
 /// decides only on flat parts.
 const LENGTH_SHARE: f64 = 0.1;
 
-/// Edges that are tried at the same time: one of so many windows of them, but not more, or fewer, than this. Trials near a
-/// collapse of the same window are in vain.
-const WINDOWS: usize = 16;
-const LEAST_WINDOW: usize = 8;
-const LARGEST_WINDOW: usize = 64;
-/// Fewest of them for a thread.
-const LEAST_SHARE: usize = 4;
-/// Each thread has a copy of the mesh: with more of them, copying would take longer than trying.
-const MOST_THREADS: usize = 4;
+/// Room for the vertices, or faces, around an edge; mostly enough.
+const REGION: usize = 24;
 
 /// What a collapse finds.
 struct Site {
@@ -43,12 +36,6 @@ struct Site {
     /// The faces at the ends, and their corners.
     touched: Vec<u32>,
     corners: Vec<[u32; 3]>,
-}
-
-/// What a trial found: the merged vertex, and half edges that were flipped after the collapse.
-struct Merged {
-    vertex: Vertex,
-    flips: Vec<u32>,
 }
 
 /// Changes of a [`Draft`] that do not touch each other.
@@ -102,120 +89,65 @@ impl<'d, 'a> Batch<'d, 'a> {
         longer(longer(first, first + 1), first + 2)
     }
 
-    /// Merges the ends of an edge and relaxes the faces around; none, and no change, if a face would not be valid.
+    /// Merges the ends of an edge and relaxes the faces around; none, and no change, if a face would not be valid, or something
+    /// near has changed.
     pub fn collapse(&mut self, h: u32) -> Option<Change> {
-        let site = self.site(h)?;
-        let undo = self.mesh.snapshot(&site.touched, &site.region);
-        let merged = self.merge(h, &site);
-        if merged.is_none() {
-            self.take_back(&site, &undo);
+        if !self.is_free(h) {
+            return None;
         }
-        merged.map(|_| self.keep(&site))
-    }
-
-    /// [`Batch::collapse`] of some edges, one after the other.
-    ///
-    /// What becomes of an edge depends on nothing but the faces around it. So several threads try the next edges at the same
-    /// time, as if nothing had changed; what they find is taken over in the order of the edges, where nothing has.
-    pub fn collapse_each(&mut self, edges: &[u32]) -> Vec<Option<Change>> {
-        let window = (edges.len() / WINDOWS).clamp(LEAST_WINDOW, LARGEST_WINDOW);
-        let others = rayon::current_num_threads().min(MOST_THREADS).min(window / LEAST_SHARE) - 1;
-        if others == 0 {
-            return edges.iter().map(|h| self.collapse(*h)).collect();
-        }
-        let mut drafts = vec![self.draft.clone(); others];
-        let mut trials: Vec<Batch<'_, 'a>> =
-            drafts.iter_mut().map(|draft| Batch::new(draft, self.mesh.clone(), Vec::new())).collect();
-        let mut changes: Vec<Option<Change>> = edges.iter().map(|_| None).collect();
-        for (edges, changes) in edges.chunks(window).zip(changes.chunks_mut(window)) {
-            let free: Vec<usize> = (0..edges.len()).filter(|k| self.is_free(edges[*k])).collect();
-            let tried: Vec<u32> = free.iter().map(|k| edges[*k]).collect();
-            for (k, merged) in free.into_iter().zip(self.try_each(&mut trials, &tried)) {
-                changes[k] = merged.and_then(|merged| self.take_over(edges[k], merged));
+        let change = self.site(h).and_then(|site| {
+            let undo = self.mesh.snapshot(&site.touched, &site.region);
+            let is_valid = self.merge(h, &site);
+            if !is_valid {
+                self.mesh.restore(&undo);
+                self.draft.vertices[site.ends[0] as usize] = site.old;
             }
-        }
-        changes
-    }
-
-    /// What would become of some edges, each as if it were the only one.
-    fn try_each(&mut self, trials: &mut [Batch<'_, 'a>], edges: &[u32]) -> Vec<Option<Merged>> {
-        let mut found: Vec<Option<Merged>> = edges.iter().map(|_| None).collect();
-        let share = edges.len().div_ceil(trials.len() + 1).max(1);
-        rayon::scope(|scope| {
-            let mut parts = edges.chunks(share).zip(found.chunks_mut(share));
-            let own = parts.next();
-            for (batch, (edges, found)) in trials.iter_mut().zip(parts) {
-                scope.spawn(move |_| batch.try_part(edges, found));
-            }
-            if let Some((edges, found)) = own {
-                self.try_part(edges, found);
-            }
+            is_valid.then(|| self.keep(&site))
         });
-        found
+        if change.is_none() {
+            self.draft.vain.fail(self.slots[h as usize / 3], h as usize % 3);
+        }
+        change
     }
 
-    fn try_part(&mut self, edges: &[u32], found: &mut [Option<Merged>]) {
-        found.iter_mut().zip(edges).for_each(|(found, h)| *found = self.trial(*h));
-    }
-
-    /// What a collapse would do; changes nothing.
-    fn trial(&mut self, h: u32) -> Option<Merged> {
-        let site = self.site(h)?;
-        let undo = self.mesh.snapshot(&site.touched, &site.region);
-        let flips = self.merge(h, &site);
-        let vertex = self.draft.vertices[site.ends[0] as usize];
-        self.take_back(&site, &undo);
-        flips.map(|flips| Merged { vertex, flips })
-    }
-
-    /// Does what a trial has found, if nothing near has changed since.
-    fn take_over(&mut self, h: u32, merged: Merged) -> Option<Change> {
-        let site = self.site(h)?;
-        self.mesh.collapse(h);
-        merged.flips.iter().for_each(|h| self.mesh.flip(*h));
-        self.draft.vertices[site.ends[0] as usize] = merged.vertex;
-        Some(self.keep(&site))
+    /// Could the edge not be collapsed when that was last tried, and has nothing near changed since?
+    pub fn fails_again(&self, h: u32) -> bool {
+        let region = self.ends(h).into_iter().flat_map(|v| self.mesh.neighbours(v).chain([v]));
+        self.draft.vain.fails_again(self.slots[h as usize / 3], h as usize % 3, region)
     }
 
     /// Where an edge would be collapsed; none if that is not possible at all.
     fn site(&self, h: u32) -> Option<Site> {
-        if !self.is_free(h)
-            || !self.mesh.can_collapse(h)
-            || collapse_bridges(&self.mesh, |v| self.sides(v), h)
-        {
+        if !self.mesh.can_collapse(h) || collapse_bridges(&self.mesh, |v| self.sides(v), h) {
             return None;
         }
         let ends = self.ends(h);
-        let mut region: Vec<u32> = ends.into_iter().flat_map(|v| self.mesh.neighbours(v)).collect();
-        region.extend(ends);
+        let mut region = Vec::with_capacity(REGION);
+        region.extend(ends.into_iter().flat_map(|v| self.mesh.neighbours(v)).chain(ends));
         let touched = self.faces_at(&ends);
         let corners = self.mesh.corners_of(&touched);
         Some(Site { ends, old: self.draft.vertices[ends[0] as usize], region, touched, corners })
     }
 
-    /// Merges the ends and relaxes, with the flips that were made; none if a face is not valid in the end. The mesh is changed
-    /// in any case.
-    fn merge(&mut self, h: u32, site: &Site) -> Option<Vec<u32>> {
+    /// Merges the ends and relaxes; false if a face is not valid in the end. The mesh is changed in any case.
+    fn merge(&mut self, h: u32, site: &Site) -> bool {
         let [a, b] = site.ends;
         let [first, second] = [a, b].map(|v| self.draft.vertices[v as usize]);
-        let start = match Merge::of(first.sides, second.sides, self.mesh.is_boundary(h))? {
-            Merge::Between => 0.5 * (first.x + second.x),
-            Merge::AtFirst => first.x,
-            Merge::AtSecond => second.x,
+        let start = match Merge::of(first.sides, second.sides, self.mesh.is_boundary(h)) {
+            Some(Merge::Between) => 0.5 * (first.x + second.x),
+            Some(Merge::AtFirst) => first.x,
+            Some(Merge::AtSecond) => second.x,
+            None => return false,
         };
         self.mesh.collapse(h);
-        self.draft.place(a, start, larger([first.sides, second.sides])).then(|| self.relax(a))?
-    }
-
-    fn take_back(&mut self, site: &Site, undo: &Snapshot) {
-        self.mesh.restore(undo);
-        self.draft.vertices[site.ends[0] as usize] = site.old;
+        self.draft.place(a, start, larger([first.sides, second.sides])) && self.relax(a)
     }
 
     /// Takes possession of what a collapse has changed.
     fn keep(&mut self, site: &Site) -> Change {
         let slots = self.write(&site.touched, &site.corners);
         site.region.iter().for_each(|v| self.claimed[*v as usize] = true);
+        self.draft.vain.change(site.region.iter().copied());
         Change { slots, vertex: (site.ends[0], site.old) }
     }
 
@@ -257,22 +189,23 @@ impl<'d, 'a> Batch<'d, 'a> {
         self.write(&touched, &before);
         self.write(&new, &vec![REMOVED; new.len()]);
         self.claimed.push(true);
+        self.draft.vain.change(before.into_iter().flatten().chain([m]));
         corners.iter().for_each(|v| self.claimed[*v as usize] = true);
         true
     }
 
     /// The faces at some vertices, ascending.
     fn faces_at(&self, vertices: &[u32]) -> Vec<u32> {
-        let mut faces: Vec<u32> = vertices.iter().flat_map(|v| self.mesh.ring(*v)).map(|h| h / 3).collect();
+        let mut faces = Vec::with_capacity(REGION);
+        faces.extend(vertices.iter().flat_map(|v| self.mesh.ring(*v)).map(|h| h / 3));
         faces.sort_unstable();
         faces.dedup();
         faces
     }
 
-    /// Moves and flips around a merged vertex, and the flips; none if a face at it is not valid in the end.
-    fn relax(&mut self, v: u32) -> Option<Vec<u32>> {
+    /// Moves and flips around a merged vertex; are the faces at it valid in the end?
+    fn relax(&mut self, v: u32) -> bool {
         let sides = self.sides(v);
-        let mut flips = Vec::new();
         for _ in 0..RELAXATIONS {
             if sides.is_empty()
                 && let Some(middle) = self.middle_of_ring(v)
@@ -282,10 +215,9 @@ impl<'d, 'a> Batch<'d, 'a> {
             for _ in 0..FLIPS {
                 let Some(h) = self.mesh.ring(v).find(|h| self.is_better_flipped(*h)) else { break };
                 self.mesh.flip(h);
-                flips.push(h);
             }
         }
-        self.ring_is_valid(v).then_some(flips)
+        self.ring_is_valid(v)
     }
 
     fn ring_is_valid(&self, v: u32) -> bool {
@@ -322,12 +254,10 @@ impl<'d, 'a> Batch<'d, 'a> {
     fn is_better_flipped(&self, h: u32) -> bool {
         let Some([c, d]) = self.mesh.apexes(h) else { return false };
         let [a, b] = self.ends(h);
-        let widest = |faces: [[u32; 3]; 2]| {
-            let of = faces.map(|f| largest_angle_cosine(f.map(|v| self.draft.point(v))));
-            of[0].min(of[1])
-        };
+        let widest = |f: [u32; 3]| largest_angle_cosine(f.map(|v| self.draft.point(v)));
+        let before = widest([a, b, c]).min(widest([b, a, d]));
         let after = [[d, c, a], [c, d, b]];
-        widest(after) > widest([[a, b, c], [b, a, d]]) + FLIP_GAIN
+        after.into_iter().all(|f| widest(f) > before + FLIP_GAIN)
             && self.mesh.can_flip(h)
             && !flip_bridges(&self.mesh, |v| self.sides(v), h)
             && after.into_iter().all(|f| self.draft.is_valid(f))

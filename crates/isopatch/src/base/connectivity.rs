@@ -372,17 +372,16 @@ impl Connectivity {
         faces.iter().map(|f| self.corners(3 * f)).collect()
     }
 
-    /// Everything about some faces, the half edges across their sides, and some vertices.
+    /// Everything about some faces, in ascending order, the half edges across their sides, and some vertices.
     pub fn snapshot(&self, faces: &[u32], vertices: &[u32]) -> Snapshot {
-        let own = faces.iter().flat_map(|f| 3 * f..3 * f + 3);
-        let mut half_edges: Vec<u32> = own.flat_map(|h| [Some(h), self.twin(h)]).flatten().collect();
-        half_edges.sort_unstable();
-        half_edges.dedup();
+        let mut half_edges = Vec::with_capacity(6 * faces.len());
+        for h in faces.iter().flat_map(|f| 3 * f..3 * f + 3) {
+            let across = self.twin(h).filter(|g| faces.binary_search(&(g / 3)).is_err());
+            let both = [Some(h), across].into_iter().flatten();
+            half_edges.extend(both.map(|h| (h, self.origin[h as usize], self.twin[h as usize])));
+        }
         Snapshot {
-            half_edges: half_edges
-                .into_iter()
-                .map(|h| (h, self.origin[h as usize], self.twin[h as usize]))
-                .collect(),
+            half_edges,
             vertices: vertices.iter().map(|v| (*v, self.outgoing[*v as usize])).collect(),
             face_count: self.face_count,
         }

@@ -387,7 +387,7 @@ impl<'a> Cover<'a> {
     /// f at nodes.
     fn values(&self, places: &[u64]) -> Vec<f64> {
         /// Points of a task; the result does not depend on it.
-        const CHUNK: usize = 1024;
+        const CHUNK: usize = 128;
         let mut values = vec![0.0; places.len()];
         values.par_chunks_mut(CHUNK).zip(places.par_chunks(CHUNK)).for_each(|(values, places)| {
             let points: Points = places.iter().map(|key| self.lattice.position(node_of(*key))).collect();

@@ -41,6 +41,7 @@ mod sizing;
 mod target;
 mod tetrahedra;
 mod triangle_mesh;
+mod vain;
 mod validity;
 
 #[cfg(test)]

@@ -35,7 +35,7 @@ pub struct Projection {
 }
 
 /// Points that one task works on; the result does not depend on it, only the speed (batches that fit the cache).
-const CHUNK: usize = 256;
+const CHUNK: usize = 64;
 
 /// Moves every point onto the surface f = 0 along the gradient: p ← p − f ∇f / |∇f|², Tong & Kim 2009, eq. (4).
 ///
@@ -131,11 +131,13 @@ fn project_chunk(
     options: &ProjectOptions,
 ) -> Projection {
     let n = out.x.len();
-    let mut walkers: Vec<Walker> = (0..n)
-        // A corner of the box cannot move.
-        .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
-        .map(|i| Walker::new(i, Point3::new(out.x[i], out.y[i], out.z[i])))
-        .collect();
+    let mut walkers = Vec::with_capacity(n);
+    walkers.extend(
+        (0..n)
+            // A corner of the box cannot move.
+            .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
+            .map(|i| Walker::new(i, Point3::new(out.x[i], out.y[i], out.z[i]))),
+    );
     let (mut trial, mut gradient, mut f) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
     let mut report = Projection::default();
     for _ in 0..options.evaluations {

@@ -50,7 +50,7 @@ impl Default for SizingOptions {
 pub(super) const UNIT_TRIANGLE: f64 = 0.433_012_701_892_219_3;
 
 /// Edges, faces or vertices that one task looks at.
-const TASK: usize = 256;
+const TASK: usize = 64;
 
 /// Sweeps over the edges that spread short lengths; each sweep passes them on along the numbering, so a few are enough.
 const GRADATION_SWEEPS: usize = 12;

@@ -86,7 +86,7 @@ fn corner_measures(base: &BaseMesh, h: HalfEdgeId) -> CornerMeasures {
 /// All corners beyond the limits, in the order of the faces. Empty for a mesh that is fit for a spline surface.
 pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
     /// Corners that one task looks at.
-    const TASK: usize = 256;
+    const TASK: usize = 64;
     let corners: Vec<HalfEdgeId> = base.mesh.half_edges().collect();
     corners.into_par_iter().with_min_len(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
 }

@@ -107,8 +107,10 @@ impl Points {
 
 impl FromIterator<Point3> for Points {
     fn from_iter<T: IntoIterator<Item = Point3>>(iter: T) -> Self {
-        let mut points = Self::default();
-        iter.into_iter().for_each(|p| points.push(p));
+        let iter = iter.into_iter();
+        let room = || Vec::with_capacity(iter.size_hint().0);
+        let mut points = Self { x: room(), y: room(), z: room() };
+        iter.for_each(|p| points.push(p));
         points
     }
 }

@@ -10,7 +10,7 @@ use crate::base::{BaseMesh, BaseOptions, Change, Draft, validity};
 use crate::inspect::PatchDeviation;
 use crate::mesh::{FaceId, VertexId};
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 /// Rounds of splits at most. A round halves what fails, or nearly so, as it splits no two edges beside each other.
 const SPLIT_ROUNDS: usize = 24;
@@ -38,7 +38,7 @@ const TRIED: f64 = 1.3;
 const LEAST_THINNING: usize = 1_500;
 const THINNING_SHARE: f64 = 0.03;
 /// Edges that one task looks at.
-const TASK: usize = 256;
+const TASK: usize = 64;
 /// Collapses go on while a round removes at least this share of the faces.
 const WORTH: f64 = 0.002;
 
@@ -188,14 +188,16 @@ impl Finisher<'_> {
     /// Collapses edges in many rounds without building any patch.
     fn collapse_unseen(&mut self, margin: f64) {
         let measured = self.work.patches.iter().map(|p| p.max_distance);
-        let mut expected: HashMap<u32, f64> = self.draft.live().into_iter().zip(measured).collect();
+        // By slot.
+        let mut expected = vec![0.0; self.draft.slot_count()];
+        self.draft.live().into_iter().zip(measured).for_each(|(slot, error)| expected[slot as usize] = error);
         for _ in 0..STAGE_ROUNDS {
-            let errors: Vec<f64> = self.draft.live().iter().map(|s| expected[s]).collect();
+            let errors: Vec<f64> = self.draft.live().iter().map(|slot| expected[*slot as usize]).collect();
             let collapses = self.collapse_apart(&errors, self.tolerance / margin, &HashSet::new());
             for Collapse { change, worst, .. } in &collapses {
                 let faces = change.slots().count() as f64;
                 let growth = (faces / (faces - 2.0)).powf(GROWTH_POWER);
-                expected.extend(change.slots().map(|slot| (slot, worst * growth)));
+                change.slots().for_each(|slot| expected[slot as usize] = worst * growth);
             }
             if (2 * collapses.len()) as f64 <= WORTH * errors.len() as f64 {
                 return;
@@ -208,15 +210,16 @@ impl Finisher<'_> {
         let Some(mut batch) = self.draft.batch() else { return Vec::new() };
         let mut candidates: Vec<(f64, u32)> = (batch.edges().into_par_iter().with_min_len(TASK))
             .map(|h| (batch.faces_around(h).map(|f| errors[f]).fold(0.0, f64::max), h))
-            .filter(|(worst, h)| *worst <= limit && !refused.contains(&batch.ends(*h)))
+            .filter(|(worst, h)| {
+                *worst <= limit && !refused.contains(&batch.ends(*h)) && !batch.fails_again(*h)
+            })
             .collect();
         candidates.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let edges: Vec<u32> = candidates.iter().map(|c| c.1).collect();
-        let ends: Vec<[u32; 2]> = edges.iter().map(|h| batch.ends(*h)).collect();
-        let changes = batch.collapse_each(&edges);
-        let all = candidates.iter().zip(ends).zip(changes);
-        all.filter_map(|(((worst, _), ends), change)| Some(Collapse { ends, change: change?, worst: *worst }))
-            .collect()
+        let collapse = |(worst, h)| {
+            let ends = batch.ends(h);
+            batch.collapse(h).map(|change| Collapse { ends, change, worst })
+        };
+        candidates.into_iter().filter_map(collapse).collect()
     }
 
     /// Collapses edges while all patches will do, until `budget` patches have been built for it.

@@ -16,10 +16,12 @@ use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_edges};
 use crate::spline::edge::EdgeSolution;
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
 use crate::surface::PatchId;
-use std::collections::HashMap;
+use rayon::prelude::*;
 
 /// Share of the faces from which on everything is built again: the part would have nearly all of them.
 const WHOLE: f64 = 0.6;
+/// Nets, or curves, that one task copies.
+const COPIES: usize = 256;
 
 /// Lattice on which all patches are measured: 66 samples each.
 const COARSE_LATTICE: usize = 10;
@@ -82,8 +84,11 @@ impl Workshop<'_> {
         stamps: Vec<u64>,
         former: &Patchwork,
     ) -> Result<(Patchwork, usize), MakeError> {
-        let place: HashMap<u64, usize> = former.stamps.iter().enumerate().map(|(i, s)| (*s, i)).collect();
-        let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(s).copied()).collect();
+        // Stamps count changes, so there are not many more of them than faces.
+        let bound = former.stamps.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut place = vec![None; bound];
+        former.stamps.iter().enumerate().for_each(|(i, s)| place[*s as usize] = Some(i));
+        let old: Vec<Option<usize>> = stamps.iter().map(|s| place.get(*s as usize).copied()?).collect();
         // A curve that runs the other way differs in its last bits.
         let turned = |f: usize, o: usize| directions(&base, f) != directions(&former.surface.base, o);
         let is_changed = |(f, o): (usize, &Option<usize>)| o.is_none_or(|o| turned(f, o));
@@ -114,16 +119,18 @@ impl Workshop<'_> {
         let mut in_measured = vec![usize::MAX; fresh.len()];
         measured.iter().enumerate().for_each(|(i, m)| in_measured[part.faces[*m]] = i);
         let (nets, patches) = (0..fresh.len())
+            .into_par_iter()
+            .with_min_len(COPIES)
             .map(|f| match old[f] {
                 Some(o) if !fresh[f] => (former.surface.nets[o], former.patches[o]),
                 _ => (part_surface.nets[in_part[f]], part_patches[in_measured[f]]),
             })
             .unzip();
-        let curves: Vec<QuarticCurve> = base
-            .mesh
-            .edges()
+        let curves: Vec<QuarticCurve> = (0..base.mesh.edge_count())
+            .into_par_iter()
+            .with_min_len(COPIES)
             .map(|e| {
-                let h = base.mesh.edge_half_edge(e);
+                let h = base.mesh.edge_half_edge(e.into());
                 let (f, side) = (base.mesh.face(h).index(), base.mesh.side(h));
                 let beside = [Some(h), base.mesh.twin(h)].into_iter().flatten();
                 let is_fresh = beside.map(|h| base.mesh.face(h).index()).any(|f| fresh[f]);

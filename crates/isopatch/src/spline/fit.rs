@@ -131,7 +131,7 @@ pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target, from: SampledFrom) ->
         let mut points: Points = boundaries
             .iter()
             .zip(&origins)
-            .flat_map(|(b, o)| sampled.iter().map(move |row| o + combine(row, b)))
+            .flat_map(|(b, o)| sampled.each_ref().map(|row| o + combine(row, b)))
             .collect();
         target.project(&mut points);
         for (f, (net, feet)) in nets.iter_mut().zip(footprints).enumerate() {

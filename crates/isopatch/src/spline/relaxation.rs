@@ -40,10 +40,10 @@ const LATTICE: usize = 10;
 const SAMPLES: usize = 36;
 /// Patches whose samples are evaluated in one batch.
 const BATCH: usize = 4;
-/// Patches, or edges, with small systems that one task solves or multiplies.
-const SYSTEMS: usize = 8;
-/// Patches whose products are there at one time.
-const BLOCK: usize = 4096;
+/// Blocks of edges that one task inverts; patches that one task multiplies; edges that one task adds up.
+const BLOCKS: usize = 16;
+const PRODUCTS: usize = 48;
+const EDGES: usize = 192;
 /// Conjugate gradients of a step. More change the result less than a further step does.
 const ITERATIONS: usize = 5;
 /// Longest step of an edge's vectors, as a share of its length.
@@ -252,9 +252,8 @@ impl Local {
         if !schur.iter().chain(right.iter()).all(|x| x.is_finite()) {
             return None;
         }
-        let mut lower = (0..SIDES).flat_map(|r| (0..=r).map(move |c| (r, c)));
         Some(Self {
-            matrix: std::array::from_fn(|_| lower.next().map_or(0.0, |at| schur[at] as f32)),
+            matrix: lower_triangle(|r, c| schur[(r, c)]),
             right: std::array::from_fn(|i| right[i] as f32),
         })
     }
@@ -263,23 +262,24 @@ impl Local {
         let (r, c) = (row.max(column), row.min(column));
         f64::from(self.matrix[r * (r + 1) / 2 + c])
     }
+}
 
-    fn times(&self, x: &SVector<f64, SIDES>) -> SVector<f64, SIDES> {
-        let mut product = SVector::<f64, SIDES>::zeros();
-        let mut start = 0;
-        for r in 0..SIDES {
-            let row = &self.matrix[start..=start + r];
-            start += r + 1;
-            let mut sum = f64::from(row[r]) * x[r];
-            for c in 0..r {
-                let m = f64::from(row[c]);
-                sum += m * x[c];
-                product[c] += m * x[r];
-            }
-            product[r] += sum;
+/// A symmetric matrix, given as its lower triangle by rows, times a vector.
+fn times<const N: usize>(lower: &[f32], x: &SVector<f64, N>) -> SVector<f64, N> {
+    let mut product = SVector::<f64, N>::zeros();
+    let mut start = 0;
+    for r in 0..N {
+        let row = &lower[start..=start + r];
+        start += r + 1;
+        let mut sum = f64::from(row[r]) * x[r];
+        for c in 0..r {
+            let m = f64::from(row[c]);
+            sum += m * x[c];
+            product[c] += m * x[r];
         }
-        product
+        product[r] += sum;
     }
+    product
 }
 
 /// With four partial sums, which the compiler keeps side by side.
@@ -300,39 +300,41 @@ fn of_edges(edges: [usize; 3], x: &[Step]) -> SVector<f64, SIDES> {
 /// Steps of the edges: preconditioned conjugate gradients with the edges' own blocks as preconditioner.
 fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Vec<Step> {
     // An edge beside a patch without numbers stays.
-    let (edges, mut stays) = (fixed.len(), fixed.to_vec());
+    let mut stays = fixed.to_vec();
     for (f, _) in locals.iter().enumerate().filter(|(_, local)| local.is_none()) {
         sides.edges(f).iter().for_each(|e| stays[*e] = true);
     }
-    // Sums over the patches of a block at a time, in their order whatever the number of threads.
-    let of_locals = |f: &(dyn Fn(usize, &Local) -> SVector<f64, SIDES> + Sync)| -> Vec<Step> {
-        let mut sum = vec![Step::zeros(); edges];
-        for start in (0..locals.len()).step_by(BLOCK) {
-            let block = &locals[start..locals.len().min(start + BLOCK)];
-            let one = |(i, local): (usize, &Option<Local>)| {
-                local.as_ref().map_or_else(SVector::zeros, |local| f(start + i, local))
-            };
-            let parts: Vec<_> = block.par_iter().enumerate().with_min_len(SYSTEMS).map(one).collect();
-            for (i, part) in parts.iter().enumerate() {
-                for (k, e) in sides.edges(start + i).into_iter().enumerate().filter(|(_, e)| !stays[*e]) {
-                    sum[e] += part.fixed_rows::<EDGE>(EDGE * k);
+    let blocks: Vec<InverseBlock> =
+        (0..stays.len())
+            .into_par_iter()
+            .with_min_len(BLOCKS)
+            .map(|e| {
+                if stays[e] {
+                    InverseBlock::default()
+                } else {
+                    InverseBlock::of(sides.mesh, e.into(), locals)
                 }
-            }
-        }
-        sum
-    };
-    // The blocks are small sums; kept, they would take more memory than the surface.
+            })
+            .collect();
     let precondition = |r: &[Step]| -> Vec<Step> {
-        let solve = |(e, r): (usize, &Step)| {
-            own_block(sides.mesh, e.into(), locals)
-                .cholesky()
-                .map_or_else(Step::zeros, |block| block.solve(r))
+        let all = r.par_iter().zip(&blocks).with_min_len(EDGES);
+        all.map(|(r, block)| times(&block.lower, r)).collect()
+    };
+    // Sums of what patches have for each edge, in the order of its sides whatever the number of threads.
+    let of_locals = |f: &(dyn Fn(usize, &Local) -> SVector<f64, SIDES> + Sync)| -> Vec<Step> {
+        let one = |(i, local): (usize, &Option<Local>)| {
+            local.as_ref().map_or_else(SVector::zeros, |local| f(i, local))
         };
-        r.par_iter().enumerate().with_min_len(SYSTEMS).map(solve).collect()
+        let parts: Vec<_> = locals.par_iter().enumerate().with_min_len(PRODUCTS).map(one).collect();
+        let of_edge = |e: usize| {
+            let of_side = |(f, k): (usize, usize)| parts[f].fixed_rows::<EDGE>(EDGE * k).into_owned();
+            if stays[e] { Step::zeros() } else { sides_of(sides.mesh, e.into()).map(of_side).sum() }
+        };
+        (0..stays.len()).into_par_iter().with_min_len(EDGES).map(of_edge).collect()
     };
     let product = |a: &[Step], b: &[Step]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
 
-    let mut x = vec![Step::zeros(); edges];
+    let mut x = vec![Step::zeros(); stays.len()];
     let mut residual = of_locals(&|_, local| SVector::from_fn(|i, _| f64::from(local.right[i])));
     let mut direction = precondition(&residual);
     let mut energy = product(&residual, &direction);
@@ -340,9 +342,9 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
         if energy.is_nan() || energy <= 0.0 {
             break;
         }
-        let image = of_locals(&|i, local| local.times(&of_edges(sides.edges(i), &direction)));
+        let image = of_locals(&|i, local| times(&local.matrix, &of_edges(sides.edges(i), &direction)));
         let length = energy / product(&direction, &image);
-        for e in 0..edges {
+        for e in 0..stays.len() {
             x[e] += length * direction[e];
             residual[e] -= length * image[e];
         }
@@ -355,17 +357,42 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
     x
 }
 
-/// The block of an edge on the diagonal.
-fn own_block(mesh: &HalfEdgeMesh, e: EdgeId, locals: &[Option<Local>]) -> SMatrix<f64, EDGE, EDGE> {
-    let mut block = SMatrix::<f64, EDGE, EDGE>::zeros();
+/// The faces beside an edge, and which side of each it is.
+fn sides_of(mesh: &HalfEdgeMesh, e: EdgeId) -> impl Iterator<Item = (usize, usize)> + '_ {
     let h = mesh.edge_half_edge(e);
-    for h in [Some(h), mesh.twin(h)].into_iter().flatten() {
-        if let Some(local) = &locals[mesh.face(h).index()] {
-            let k = EDGE * mesh.side(h);
-            block += SMatrix::<f64, EDGE, EDGE>::from_fn(|r, c| local.at(k + r, k + c));
-        }
+    [Some(h), mesh.twin(h)].into_iter().flatten().map(|h| (mesh.face(h).index(), mesh.side(h)))
+}
+
+/// The inverse of an edge's block on the diagonal, in single precision as the patches' matrices; zero if it has none.
+#[derive(Clone, Copy)]
+struct InverseBlock {
+    /// Lower triangle by rows.
+    lower: [f32; EDGE * (EDGE + 1) / 2],
+}
+
+impl Default for InverseBlock {
+    fn default() -> Self {
+        Self { lower: [0.0; EDGE * (EDGE + 1) / 2] }
     }
-    block
+}
+
+impl InverseBlock {
+    fn of(mesh: &HalfEdgeMesh, e: EdgeId, locals: &[Option<Local>]) -> Self {
+        let mut block = SMatrix::<f64, EDGE, EDGE>::zeros();
+        for (f, k) in sides_of(mesh, e) {
+            if let Some(local) = &locals[f] {
+                block += SMatrix::<f64, EDGE, EDGE>::from_fn(|r, c| local.at(EDGE * k + r, EDGE * k + c));
+            }
+        }
+        let Some(inverse) = block.cholesky().map(|factors| factors.inverse()) else { return Self::default() };
+        Self { lower: lower_triangle(|r, c| inverse[(r, c)]) }
+    }
+}
+
+/// Entries of the lower triangle, by rows.
+fn lower_triangle<const N: usize>(entry: impl Fn(usize, usize) -> f64) -> [f32; N] {
+    let mut places = (0..).flat_map(|r| (0..=r).map(move |c| (r, c)));
+    std::array::from_fn(|_| places.next().map_or(0.0, |(r, c)| entry(r, c) as f32))
 }
 
 fn move_row(net: &mut Net, side: &Side, step: &Step) {
@@ -417,14 +444,10 @@ mod tests {
     #[test]
     fn packed_products_are_those_of_the_matrix() {
         let entry = |r: usize, c: usize| ((r * c + r + c) as f64).sin();
-        let mut at = (0..SIDES).flat_map(|r| (0..=r).map(move |c| (r, c)));
-        let local = Local {
-            matrix: std::array::from_fn(|_| at.next().map_or(0.0, |(r, c)| entry(r, c) as f32)),
-            right: [0.0; SIDES],
-        };
+        let local = Local { matrix: lower_triangle(entry), right: [0.0; SIDES] };
         let x = SVector::<f64, SIDES>::from_fn(|i, _| (i as f64).cos());
         let full = SMatrix::<f64, SIDES, SIDES>::from_fn(entry);
-        assert!((local.times(&x) - full * x).amax() < 1e-5);
+        assert!((times(&local.matrix, &x) - full * x).amax() < 1e-5);
         assert!((0..SIDES).all(|i| (local.at(i, 3) - full[(i, 3)]).abs() < 1e-6));
     }
 }

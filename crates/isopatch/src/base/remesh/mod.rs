@@ -66,7 +66,7 @@ const THINNEST: f64 = 0.12;
 const SORTED: usize = 8_192;
 
 /// Edges, faces or vertices that one task looks at.
-const TASK: usize = 256;
+const TASK: usize = 64;
 
 /// A vertex that smoothing and projection move farther than this times the wanted edge length has left its place:
 /// neighbours would have to follow.
