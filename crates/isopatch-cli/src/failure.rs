@@ -93,7 +93,7 @@ pub enum Failure {
     #[error("threads can't be started: {0}")]
     Threads(rayon::ThreadPoolBuildError),
     #[error("Ctrl-C can't be watched for: {0}")]
-    Handler(ctrlc::Error),
+    Handler(io::Error),
     #[error(
         "the distance is {distance:.2e} of the diagonal with {patches} patches; --tol {tolerance:e} was not reached, and no file is written"
     )]

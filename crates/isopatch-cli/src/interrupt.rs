@@ -1,28 +1,24 @@
 //! Ctrl-C ends the program at once, but never between the creation of a temporary file and its removal.
 
 use crate::failure::{EXIT_INTERRUPTED, Failure};
+use signal_hook::consts::SIGINT;
+use signal_hook::flag;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, LazyLock};
 
-/// Are files being written?
-static WRITING: Mutex<bool> = Mutex::new(false);
+/// Are no files being written?
+static IDLE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 /// Has Ctrl-C been pressed while files were written?
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// From here on Ctrl-C ends the program with its exit status; see [`Writing`] for the exception.
+/// From here on Ctrl-C ends the program with its exit status; see [`Writing`] for the exception. There is no thread that waits for
+/// it: with a second thread, a small run would take a twentieth longer.
 pub fn install() -> Result<(), Failure> {
-    ctrlc::set_handler(|| {
-        // Held until the program ends, so that no file is begun any more.
-        let writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
-        if *writing {
-            REQUESTED.store(true, Ordering::Relaxed);
-        } else {
-            let _ = writeln!(io::stderr(), "interrupted");
-            std::process::exit(EXIT_INTERRUPTED.into());
-        }
-    })
-    .map_err(Failure::Handler)
+    flag::register_conditional_shutdown(SIGINT, EXIT_INTERRUPTED.into(), Arc::clone(&IDLE))
+        .and_then(|_| flag::register(SIGINT, Arc::clone(&REQUESTED)))
+        .map_err(Failure::Handler)?;
+    Ok(())
 }
 
 /// While this lives, Ctrl-C does not end the program but makes the next write of an [`Interruptible`] fail.
@@ -30,7 +26,7 @@ pub struct Writing(());
 
 impl Writing {
     pub fn begin() -> Self {
-        *WRITING.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        IDLE.store(false, Ordering::SeqCst);
         Self(())
     }
 
@@ -42,7 +38,7 @@ impl Writing {
 
 impl Drop for Writing {
     fn drop(&mut self) {
-        *WRITING.lock().unwrap_or_else(PoisonError::into_inner) = false;
+        IDLE.store(true, Ordering::SeqCst);
     }
 }
 

@@ -17,10 +17,7 @@ use super::base_mesh::BaseMesh;
 use super::estimate::{TensorFit, tangent_frame, tensor};
 use crate::geom::{Mat3, Point3, Vec3, angle_between};
 use crate::mesh::{EdgeId, VertexId};
-use nalgebra::{Cholesky, Const, Matrix3, Vector3};
-
-/// Of the normal equations at a vertex.
-type Factor = Cholesky<f64, Const<3>>;
+use nalgebra::{Matrix3, Vector3};
 
 /// Weight of the estimate at a vertex alone.
 const PRIOR: f64 = 1e-2;
@@ -52,24 +49,28 @@ pub fn compatible_curvatures(base: &BaseMesh, stiffness: &[f64]) -> Vec<Mat3> {
     for (j, joint) in joints.iter().enumerate() {
         (0..2).for_each(|i| joints_of[joint.ends[i].index()].push((j, i)));
     }
-    let alone = |v| TensorFit::at(&base.mesh, &base.positions, &base.normals, v);
-    let alone: Vec<TensorFit> = base.mesh.vertices().map(alone).collect();
-    let mut k: Vec<Vector3<f64>> = alone.iter().map(TensorFit::solve).collect();
-    // The matrices do not depend on the tensors: one factorization does for all sweeps.
-    let factors: Vec<Option<Factor>> = alone
-        .iter()
-        .zip(&joints_of)
-        .map(|(alone, around)| {
-            around.iter().fold(PRIOR * alone.a, |a, (j, i)| a + joints[*j].matrix(*i)).cholesky()
-        })
-        .collect();
+    let mut k: Vec<Vector3<f64>> = Vec::with_capacity(joints_of.len());
+    let mut alone: Vec<Vector3<f64>> = Vec::with_capacity(joints_of.len());
+    // The pulls at vertex v end at `ends[v]`.
+    let (mut pulls, mut ends) = (Vec::with_capacity(2 * joints.len()), Vec::with_capacity(joints_of.len()));
+    for (v, around) in base.mesh.vertices().zip(&joints_of) {
+        let fit = TensorFit::at(&base.mesh, &base.positions, &base.normals, v);
+        k.push(fit.solve());
+        let around = || around.iter().map(|(j, i)| (&joints[*j], *i));
+        let matrix = around().fold(PRIOR * fit.a, |a, (joint, i)| a + joint.matrix(i));
+        // The matrices do not depend on the tensors: one inverse does for all sweeps.
+        let inverse = matrix.cholesky().map_or_else(Matrix3::zeros, |factors| factors.inverse());
+        let wanted = around().fold(PRIOR * fit.b, |b, (joint, i)| b + joint.wanted(i));
+        alone.push(inverse * wanted);
+        pulls.extend(around().map(|(joint, i)| joint.pull(i, &inverse)));
+        ends.push(pulls.len());
+    }
     for _ in 0..SWEEPS {
-        let mut changed = false;
+        let (mut changed, mut start) = (false, 0);
         for v in 0..k.len() {
-            let wanted =
-                joints_of[v].iter().fold(PRIOR * alone[v].b, |b, (j, i)| b + joints[*j].wanted(*i, &k));
-            let solved = factors[v].as_ref().map_or_else(Vector3::zeros, |factor| factor.solve(&wanted));
-            changed |= solved != k[v];
+            let solved = pulls[start..ends[v]].iter().fold(alone[v], |sum, pull: &Pull| sum + pull.of(&k));
+            start = ends[v];
+            changed |= (solved - k[v]).amax() > f64::EPSILON * solved.amax();
             k[v] = solved;
         }
         // More sweeps would change nothing.
@@ -115,12 +116,34 @@ impl Joint {
         self.metric[0] * self.scale * self.scale * self.rows[i] * self.rows[i].transpose()
     }
 
-    /// Its part of their right side, for the present tensor at the other end.
-    fn wanted(&self, i: usize, k: &[Vector3<f64>]) -> Vector3<f64> {
-        let other = 1 - i;
-        let rest = self.scale * self.rows[other].dot(&k[self.ends[other].index()]) - self.wanted[other];
+    /// Its part of their right side, with no curvature at the other end.
+    fn wanted(&self, i: usize) -> Vector3<f64> {
         let [diagonal, coupling] = self.metric;
-        self.scale * (diagonal * self.wanted[i] - coupling * rest) * self.rows[i]
+        self.scale * (diagonal * self.wanted[i] + coupling * self.wanted[1 - i]) * self.rows[i]
+    }
+
+    /// What the tensor at the other end adds to the solution at end `i`, whose matrix has this inverse.
+    fn pull(&self, i: usize, inverse: &Matrix3<f64>) -> Pull {
+        let other = 1 - i;
+        let coupling = self.metric[1] * self.scale * self.scale;
+        Pull {
+            from: self.ends[other].index(),
+            row: -coupling * self.rows[other],
+            onto: inverse * self.rows[i],
+        }
+    }
+}
+
+/// The product of a vector, a row, and the tensor at a vertex.
+struct Pull {
+    from: usize,
+    row: Vector3<f64>,
+    onto: Vector3<f64>,
+}
+
+impl Pull {
+    fn of(&self, k: &[Vector3<f64>]) -> Vector3<f64> {
+        self.row.dot(&k[self.from]) * self.onto
     }
 }
 

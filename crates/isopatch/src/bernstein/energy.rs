@@ -1,7 +1,6 @@
 //! Symmetric energies of a Bézier triangle, and the control points that minimise them.
 
 use super::{curve, index, triangle};
-use crate::numeric::quadrature::triangle_gauss;
 use nalgebra::{DMatrix, DVector};
 
 /// Matrix E of the thin-plate energy ∫ |b_xx|² + 2 |b_xy|² + |b_yy|² of a net of degree n: energy = cᵀ E c
@@ -20,22 +19,32 @@ pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
     // Sum-zero barycentric directions along an edge of length 1 and perpendicular to it.
     let x = [-1.0, 1.0, 0.0];
     let y = [-1.0, -1.0, 2.0].map(|c| c / 3f64.sqrt());
-    let mut energy = DMatrix::zeros(index::count(n), index::count(n));
-    // Squares of derivatives of second or higher order have degree 2 (n − 2) at most.
     let lowest = n - order;
-    for (uvw, weight) in triangle_gauss(n) {
-        // All derivatives that begin with so many by y share what these give.
-        let mut by_y = triangle::basis(lowest, uvw);
-        for count in 0..=order {
-            if count > 0 {
-                by_y = triangle::differentiate_row(lowest + count, &by_y, y);
-            }
-            let by_x = |row: Vec<f64>, i| triangle::differentiate_row(lowest + i + 1, &row, x);
-            let row = DVector::from_vec((count..order).fold(by_y.clone(), by_x));
-            energy.ger(weight * curve::binomial(order, count), &row, &row, 1.0);
-        }
+    let products = inner_products(lowest);
+    let mut energy = DMatrix::zeros(index::count(n), index::count(n));
+    for by_y in 0..=order {
+        // Coefficients of a derivative: (its net) × (net).
+        let row = |at: usize| {
+            let one: Vec<f64> = (0..index::count(lowest)).map(|i| f64::from(u8::from(i == at))).collect();
+            let differentiated = |row: Vec<f64>, i| {
+                triangle::differentiate_row(lowest + i + 1, &row, if i < by_y { y } else { x })
+            };
+            DVector::from_vec((0..order).fold(one, differentiated)).transpose()
+        };
+        let rows: Vec<_> = (0..index::count(lowest)).map(row).collect();
+        let derivative = DMatrix::from_rows(&rows);
+        energy += curve::binomial(order, by_y) * derivative.tr_mul(&(&products * &derivative));
     }
     energy
+}
+
+/// Means of the products of Bernstein polynomials of degree n over a triangle.
+fn inner_products(n: usize) -> DMatrix<f64> {
+    let indices: Vec<[usize; 3]> = index::indices(n).collect();
+    let scale = curve::binomial(2 * n, n) * curve::binomial(2 * n + 2, 2);
+    DMatrix::from_fn(indices.len(), indices.len(), |a, b| {
+        (0..3).map(|c| curve::binomial(indices[a][c] + indices[b][c], indices[a][c])).product::<f64>() / scale
+    })
 }
 
 /// The matrix that gives the interior control points of least thin-plate energy from the boundary ones:
