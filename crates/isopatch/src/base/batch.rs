@@ -105,7 +105,7 @@ impl<'d, 'a> Batch<'d, 'a> {
             is_valid.then(|| self.keep(&site))
         });
         if change.is_none() {
-            self.draft.vain.fail(self.slots[h as usize / 3], h as usize % 3);
+            self.draft.failures.note(self.slots[h as usize / 3], h as usize % 3);
         }
         change
     }
@@ -113,7 +113,7 @@ impl<'d, 'a> Batch<'d, 'a> {
     /// Could the edge not be collapsed when that was last tried, and has nothing near changed since?
     pub fn fails_again(&self, h: u32) -> bool {
         let region = self.ends(h).into_iter().flat_map(|v| self.mesh.neighbours(v).chain([v]));
-        self.draft.vain.fails_again(self.slots[h as usize / 3], h as usize % 3, region)
+        self.draft.failures.stands(self.slots[h as usize / 3], h as usize % 3, region)
     }
 
     /// Where an edge would be collapsed; none if that is not possible at all.
@@ -147,7 +147,7 @@ impl<'d, 'a> Batch<'d, 'a> {
     fn keep(&mut self, site: &Site) -> Change {
         let slots = self.write(&site.touched, &site.corners);
         site.region.iter().for_each(|v| self.claimed[*v as usize] = true);
-        self.draft.vain.change(site.region.iter().copied());
+        self.draft.failures.change(site.region.iter().copied());
         Change { slots, vertex: (site.ends[0], site.old) }
     }
 
@@ -189,7 +189,7 @@ impl<'d, 'a> Batch<'d, 'a> {
         self.write(&touched, &before);
         self.write(&new, &vec![REMOVED; new.len()]);
         self.claimed.push(true);
-        self.draft.vain.change(before.into_iter().flatten().chain([m]));
+        self.draft.failures.change(before.into_iter().flatten().chain([m]));
         corners.iter().for_each(|v| self.claimed[*v as usize] = true);
         true
     }

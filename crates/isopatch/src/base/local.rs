@@ -6,9 +6,9 @@ use super::build::{BaseOptions, base_of};
 use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
+use super::failures::Failures;
 use super::project::project_point;
 use super::shape::{area_vector, unit_or_zero};
-use super::vain::Vain;
 use super::validity::ValidityLimits;
 use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
@@ -39,7 +39,7 @@ pub struct Draft<'a> {
     pub(super) stamps: Vec<u64>,
     pub(super) last_stamp: u64,
     pub(super) vertices: Vec<Vertex>,
-    pub(super) vain: Vain,
+    pub(super) failures: Failures,
     /// The box that cuts the mesh.
     bounds: Option<Aabb>,
 }
@@ -101,7 +101,7 @@ impl<'a> Draft<'a> {
             diagonal: base.diagonal(),
             limits: Cosines::from(&options.limits),
             stamps: (0..last_stamp).collect(),
-            vain: Vain::new(vertices.len(), faces.len()),
+            failures: Failures::new(vertices.len(), faces.len()),
             faces,
             last_stamp,
             vertices,
@@ -155,7 +155,7 @@ impl<'a> Draft<'a> {
 
     /// Takes a change back, before any later change touches it.
     pub fn undo(&mut self, change: &Change) {
-        self.vain.change(change.slots.iter().flat_map(|(_, corners, _)| *corners));
+        self.failures.change(change.slots.iter().flat_map(|(_, corners, _)| *corners));
         for (slot, corners, stamp) in &change.slots {
             self.faces[*slot as usize] = *corners;
             self.stamps[*slot as usize] = *stamp;

@@ -26,6 +26,7 @@ mod cover;
 mod decimate;
 mod error;
 mod estimate;
+mod failures;
 mod given;
 mod local;
 mod marching;
@@ -41,7 +42,6 @@ mod sizing;
 mod target;
 mod tetrahedra;
 mod triangle_mesh;
-mod vain;
 mod validity;
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
 use super::repairs::Place;
-use rayon::slice::ParallelSliceMut;
 
 /// Marks a half edge without a partner.
 pub(super) const NONE: u32 = u32::MAX;
@@ -88,7 +87,7 @@ pub(super) struct Edges {
 }
 
 impl Edges {
-    /// Sorts the half edges by their ends: time O(n log n).
+    /// Sorts the half edges by their ends: linear time where no vertex has very many.
     pub fn new(polygons: &Polygons) -> Self {
         let origin = polygons.corners().to_vec();
         let (mut face, mut next) = (Vec::with_capacity(origin.len()), Vec::with_capacity(origin.len()));
@@ -98,22 +97,33 @@ impl Edges {
             next.extend(range.clone().map(|h| if h + 1 == range.end { range.start } else { h + 1 } as u32));
         }
         let dest: Vec<u32> = next.iter().map(|h| origin[*h as usize]).collect();
-        let ends = |h: usize| (origin[h].min(dest[h]), origin[h].max(dest[h]));
-        let mut keys: Vec<(u32, u32, u32)> = (0..origin.len())
-            .map(|h| {
-                let (a, b) = ends(h);
-                (a, b, h as u32)
-            })
-            .collect();
-        keys.par_sort_unstable();
-        let mut end: Vec<u32> = (1..keys.len())
-            .filter(|i| (keys[*i].0, keys[*i].1) != (keys[i - 1].0, keys[i - 1].1))
-            .map(|i| i as u32)
-            .collect();
-        if !keys.is_empty() {
-            end.push(keys.len() as u32);
+        let ends = || origin.iter().zip(&dest);
+        let low: Vec<u32> = ends().map(|(a, b)| *a.min(b)).collect();
+        let high: Vec<u32> = ends().map(|(a, b)| *a.max(b)).collect();
+        // Half edges by their lower vertex, which has few of them; then these by the other one.
+        let vertices = low.iter().max().map_or(0, |v| *v as usize + 1);
+        let mut ends_of = vec![0; vertices];
+        low.iter().for_each(|v| ends_of[*v as usize] += 1);
+        let mut total = 0;
+        for count in &mut ends_of {
+            total += std::mem::replace(count, total);
         }
-        let sorted = keys.into_iter().map(|(_, _, h)| h).collect();
+        let mut sorted = vec![0; low.len()];
+        for (h, v) in low.iter().enumerate() {
+            let place = &mut ends_of[*v as usize];
+            sorted[*place] = h as u32;
+            *place += 1;
+        }
+        let mut end = Vec::with_capacity(low.len());
+        let mut start = 0;
+        for past in ends_of {
+            let at_vertex = &mut sorted[start..past];
+            at_vertex.sort_unstable_by_key(|h| (high[*h as usize], *h));
+            for group in at_vertex.chunk_by(|g, h| high[*g as usize] == high[*h as usize]) {
+                start += group.len();
+                end.push(start as u32);
+            }
+        }
         Self { origin, dest, face, next, sorted, end }
     }
 

@@ -1,8 +1,8 @@
-//! What is known of collapses that were tried in vain: they fail again while nothing near has changed.
+//! Collapses that failed: they would again, as long as nothing near changes.
 
 /// When something changed around each vertex, and when each half edge could not be collapsed, by a clock that changes tick.
 #[derive(Clone, Debug)]
-pub(super) struct Vain {
+pub(super) struct Failures {
     clock: u64,
     /// By vertex.
     changed: Vec<u64>,
@@ -10,7 +10,7 @@ pub(super) struct Vain {
     tried: Vec<[u64; 3]>,
 }
 
-impl Vain {
+impl Failures {
     pub fn new(vertices: usize, slots: usize) -> Self {
         Self { clock: 1, changed: vec![0; vertices], tried: vec![[0; 3]; slots] }
     }
@@ -27,7 +27,7 @@ impl Vain {
     }
 
     /// Side `side` of the face in a slot can't be collapsed as things are.
-    pub fn fail(&mut self, slot: u32, side: usize) {
+    pub fn note(&mut self, slot: u32, side: usize) {
         let slot = slot as usize;
         if slot >= self.tried.len() {
             self.tried.resize(slot + 1, [0; 3]);
@@ -35,8 +35,8 @@ impl Vain {
         self.tried[slot][side] = self.clock;
     }
 
-    /// Has it failed since anything changed at these vertices: those of the faces at its ends?
-    pub fn fails_again(&self, slot: u32, side: usize, region: impl IntoIterator<Item = u32>) -> bool {
+    /// Has it failed, and nothing changed since at these vertices, those of the faces at its ends?
+    pub fn stands(&self, slot: u32, side: usize, region: impl IntoIterator<Item = u32>) -> bool {
         let tried = self.tried.get(slot as usize).map_or(0, |sides| sides[side]);
         tried > 0 && region.into_iter().all(|v| self.changed.get(v as usize).is_none_or(|at| *at <= tried))
     }
