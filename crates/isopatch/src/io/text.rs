@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 /// Bytes that a buffer is to hold: enough to keep a thread busy and to pass by the buffer of a file, few enough to stay in the
 /// cache.
-const BYTES_PER_BUFFER: usize = 1 << 18;
+const BYTES_PER_BUFFER: usize = 3 << 15;
 /// Memory of a buffer: the last item reaches beyond, and items differ in length.
 const ROOM: usize = BYTES_PER_BUFFER / 4 * 5;
 /// Items of the first buffers, before it is known how long they are.
