@@ -13,7 +13,7 @@ static IDLE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::n
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// From here on Ctrl-C ends the program with its exit status; see [`Writing`] for the exception. There is no thread that waits for
-/// it: with a second thread, a small run would take a twentieth longer.
+/// it: with a second thread, a small run would take a tenth longer.
 pub fn install() -> Result<(), Failure> {
     flag::register_conditional_shutdown(SIGINT, EXIT_INTERRUPTED.into(), Arc::clone(&IDLE))
         .and_then(|_| flag::register(SIGINT, Arc::clone(&REQUESTED)))
