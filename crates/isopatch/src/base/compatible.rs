@@ -51,7 +51,8 @@ pub fn compatible_curvatures(base: &BaseMesh, stiffness: &[f64]) -> Vec<Mat3> {
     }
     let mut k: Vec<Vector3<f64>> = Vec::with_capacity(joints_of.len());
     let mut alone: Vec<Vector3<f64>> = Vec::with_capacity(joints_of.len());
-    // The pulls at vertex v end at `ends[v]`.
+    // A tensor is what it would be with none at the other ends, `alone`, and the sum of their pulls; those at vertex v end
+    // at `ends[v]`.
     let (mut pulls, mut ends) = (Vec::with_capacity(2 * joints.len()), Vec::with_capacity(joints_of.len()));
     for (v, around) in base.mesh.vertices().zip(&joints_of) {
         let fit = TensorFit::at(&base.mesh, &base.positions, &base.normals, v);
@@ -73,7 +74,7 @@ pub fn compatible_curvatures(base: &BaseMesh, stiffness: &[f64]) -> Vec<Mat3> {
             changed |= (solved - k[v]).amax() > f64::EPSILON * solved.amax();
             k[v] = solved;
         }
-        // More sweeps would change nothing.
+        // More sweeps would change nothing but the last bits.
         if !changed {
             break;
         }

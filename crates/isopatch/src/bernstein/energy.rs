@@ -38,7 +38,8 @@ pub fn variation(n: usize, order: usize) -> DMatrix<f64> {
     energy
 }
 
-/// Means of the products of Bernstein polynomials of degree n over a triangle.
+/// Means of the products of Bernstein polynomials of degree n over a triangle: B_a B_b is the polynomial with index a + b of
+/// degree 2n times Π C(a_c + b_c, a_c) / C(2n, n), and each of these has the mean 1 / C(2n + 2, 2).
 fn inner_products(n: usize) -> DMatrix<f64> {
     let indices: Vec<[usize; 3]> = index::indices(n).collect();
     let scale = curve::binomial(2 * n, n) * curve::binomial(2 * n + 2, 2);

@@ -304,18 +304,10 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
     for (f, _) in locals.iter().enumerate().filter(|(_, local)| local.is_none()) {
         sides.edges(f).iter().for_each(|e| stays[*e] = true);
     }
+    // Edges that stay have no residual, so that theirs does not matter.
+    let block = |e: usize| InverseBlock::of(sides.mesh, e.into(), locals);
     let blocks: Vec<InverseBlock> =
-        (0..stays.len())
-            .into_par_iter()
-            .with_min_len(BLOCKS)
-            .map(|e| {
-                if stays[e] {
-                    InverseBlock::default()
-                } else {
-                    InverseBlock::of(sides.mesh, e.into(), locals)
-                }
-            })
-            .collect();
+        (0..stays.len()).into_par_iter().with_min_len(BLOCKS).map(block).collect();
     let precondition = |r: &[Step]| -> Vec<Step> {
         let all = r.par_iter().zip(&blocks).with_min_len(EDGES);
         all.map(|(r, block)| times(&block.lower, r)).collect()
