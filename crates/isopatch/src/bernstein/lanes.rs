@@ -1,4 +1,4 @@
-//! Bézier triangles at many parameters: loops of fixed length over plain numbers, which the compiler makes vector instructions of.
+//! Bézier triangles at many parameters, in vectors of the machine's width.
 //!
 //! The algorithm is that of [`triangle::evaluate`], with its results to the bit: products and sums are not contracted, lanes keep
 //! apart, and so the width of the machine's vectors changes nothing.
@@ -17,14 +17,17 @@ type Lane = [f64; LANES];
 /// Bernstein polynomials of degree n − 1 at the parameters of a lane; with [`MAX_DEGREE`] there are 45.
 const MOST_WEIGHTS: usize = 45;
 
-/// Room for the coordinates of a net; a power of two, so that no index has to be checked.
-const NET_ROOM: usize = 64;
+/// Room for the coordinates of a net: places are bytes, so that no index has to be checked.
+const NET_ROOM: usize = u8::MAX as usize + 3;
 
-/// Positions, derivatives by u and v, and unit normals; each by coordinates.
-struct Found {
-    point: [Lane; 3],
-    du: [Lane; 3],
-    dv: [Lane; 3],
+/// Coordinates of a net, those of a point together.
+type Net = [f64; NET_ROOM];
+
+/// Positions and derivatives by u and v at the parameters of a vector, by coordinates.
+struct Found<T> {
+    point: [T; 3],
+    du: [T; 3],
+    dv: [T; 3],
 }
 
 /// Where results go, one entry a parameter.
@@ -57,7 +60,7 @@ struct Block {
 #[derive(Clone, Copy)]
 struct Patch<'a> {
     n: usize,
-    net: &'a [[f64; NET_ROOM]; 3],
+    net: &'a Net,
     /// As [`raised`] gives them.
     raised: &'a [[u8; 3]],
 }
@@ -67,16 +70,10 @@ fn lanes_of(parameters: &[[f64; 3]]) -> [Lane; 3] {
     std::array::from_fn(|c| std::array::from_fn(|i| parameters[i.min(parameters.len() - 1)][c]))
 }
 
-/// For each index of degree n − 1, where it stands in a net of degree n when raised by one in u, v and w.
-fn raised(n: usize) -> Vec<[u8; 3]> {
-    let of = |ijk: [usize; 3]| {
-        std::array::from_fn(|c| {
-            let mut ijk = ijk;
-            ijk[c] += 1;
-            index::position(ijk) as u8
-        })
-    };
-    index::indices(n - 1).map(of).collect()
+/// For each index of degree n − 1, where the coordinates of a net of degree n stand for it raised by one in u, v and w.
+fn raised(n: usize) -> impl Iterator<Item = [u8; 3]> {
+    let rows = (0..n).flat_map(|row| (0..=row).map(move |_| row));
+    rows.enumerate().map(|(p, row)| [p, p + row + 1, p + row + 2].map(|at| 3 * at as u8))
 }
 
 /// Bernstein polynomials of degree n − 1.
@@ -106,110 +103,76 @@ fn weights(n: usize, uvw: &[Lane; 3]) -> [Lane; MOST_WEIGHTS] {
     weights
 }
 
-/// Coordinates of a net, axis by axis.
+/// Copies the coordinates of a net of at most [`MAX_DEGREE`] to where they are read: an array that is returned is copied once more.
 #[inline(always)]
-fn by_axis(net: &[Point3]) -> [[f64; NET_ROOM]; 3] {
-    let mut axes = [[0.0; NET_ROOM]; 3];
-    for (i, p) in net.iter().enumerate() {
-        (0..3).for_each(|axis| axes[axis][i % NET_ROOM] = p[axis]);
-    }
-    axes
-}
-
-/// [`triangle::evaluate`] in lanes.
-#[inline(always)]
-fn evaluate<S: Simd>(simd: S, patch: Patch<'_>, uvw: &[Lane; 3], weights: &[Lane]) -> Found {
-    match S::F64_LANES {
-        1 => evaluate_narrow(patch, uvw, weights),
-        _ => evaluate_wide(simd, patch, uvw, weights),
+fn put_net(net: &[Point3], out: &mut Net) {
+    for (out, p) in out.chunks_exact_mut(3).zip(net) {
+        (0..3).for_each(|axis| out[axis] = p[axis]);
     }
 }
 
-/// With all nine sums of a vector at once, as each has to wait for itself.
+/// [`triangle::evaluate`] at the parameters of a vector, with all nine sums at once, as each has to wait for itself.
+///
+/// In loops: the closure of a `map` of vectors would not be compiled for the machine's width.
 #[inline(always)]
-fn evaluate_wide<S: Simd>(simd: S, patch: Patch<'_>, uvw: &[Lane; 3], weights: &[Lane]) -> Found {
-    let Patch { n, net, raised } = patch;
-    let zero = [[0.0; LANES]; 3];
-    let mut found = Found { point: zero, du: zero, dv: zero };
-    let degree = simd.splat_f64s(n as f64);
-    for part in 0..LANES / S::F64_LANES {
-        let mut b = [[simd.splat_f64s(0.0); 3]; 3];
-        for (raised, weight) in raised.iter().zip(weights) {
-            let weight = S::as_simd_f64s(weight).0[part];
-            for corner in 0..3 {
-                let at = raised[corner] as usize % NET_ROOM;
-                for axis in 0..3 {
-                    let share = simd.mul_f64s(weight, simd.splat_f64s(net[axis][at]));
-                    b[axis][corner] = simd.add_f64s(b[axis][corner], share);
-                }
+fn evaluate<S: Simd>(
+    simd: S,
+    Patch { n, net, raised }: Patch<'_>,
+    [u, v, w]: [S::f64s; 3],
+    weights: impl Iterator<Item = S::f64s>,
+) -> Found<S::f64s> {
+    let mut b = [[simd.splat_f64s(0.0); 3]; 3];
+    for (raised, weight) in raised.iter().zip(weights) {
+        for corner in 0..3 {
+            let at = raised[corner] as usize;
+            for axis in 0..3 {
+                let share = simd.mul_f64s(weight, simd.splat_f64s(net[at + axis]));
+                b[axis][corner] = simd.add_f64s(b[axis][corner], share);
             }
         }
-        let [u, v, w] = [0, 1, 2].map(|c| S::as_simd_f64s(&uvw[c]).0[part]);
-        for axis in 0..3 {
-            let [to_u, to_v, to_w] = b[axis];
-            let beside = simd.add_f64s(simd.mul_f64s(u, to_u), simd.mul_f64s(v, to_v));
-            let put = |lane: &mut Lane, x: S::f64s| S::as_mut_simd_f64s(lane).0[part] = x;
-            put(&mut found.point[axis], simd.add_f64s(beside, simd.mul_f64s(w, to_w)));
-            put(&mut found.du[axis], simd.mul_f64s(degree, simd.sub_f64s(to_u, to_w)));
-            put(&mut found.dv[axis], simd.mul_f64s(degree, simd.sub_f64s(to_v, to_w)));
-        }
     }
-    found
-}
-
-/// In loops that the compiler makes narrow vectors of, for machines without wide ones.
-#[inline(always)]
-fn evaluate_narrow(patch: Patch<'_>, [u, v, w]: &[Lane; 3], weights: &[Lane]) -> Found {
-    let Patch { n, net, raised } = patch;
-    let zero = [[0.0; LANES]; 3];
+    let (degree, zero) = (simd.splat_f64s(n as f64), [simd.splat_f64s(0.0); 3]);
     let mut found = Found { point: zero, du: zero, dv: zero };
-    let degree = n as f64;
     for axis in 0..3 {
-        let mut b = zero;
-        for (raised, weight) in raised.iter().zip(weights) {
-            for corner in 0..3 {
-                let x = net[axis][raised[corner] as usize % NET_ROOM];
-                for i in 0..LANES {
-                    b[corner][i] += weight[i] * x;
-                }
-            }
-        }
-        for i in 0..LANES {
-            found.point[axis][i] = u[i] * b[0][i] + v[i] * b[1][i] + w[i] * b[2][i];
-            found.du[axis][i] = degree * (b[0][i] - b[2][i]);
-            found.dv[axis][i] = degree * (b[1][i] - b[2][i]);
-        }
+        let [to_u, to_v, to_w] = b[axis];
+        let beside = simd.add_f64s(simd.mul_f64s(u, to_u), simd.mul_f64s(v, to_v));
+        found.point[axis] = simd.add_f64s(beside, simd.mul_f64s(w, to_w));
+        found.du[axis] = simd.mul_f64s(degree, simd.sub_f64s(to_u, to_w));
+        found.dv[axis] = simd.mul_f64s(degree, simd.sub_f64s(to_v, to_w));
     }
     found
 }
 
 /// Unit normals.
 #[inline(always)]
-fn normals(found: &Found) -> [Lane; 3] {
-    let ([ax, ay, az], [bx, by, bz]) = (&found.du, &found.dv);
-    let mut n = [[0.0; LANES]; 3];
-    for i in 0..LANES {
-        let x = ay[i] * bz[i] - az[i] * by[i];
-        let y = az[i] * bx[i] - ax[i] * bz[i];
-        let z = ax[i] * by[i] - ay[i] * bx[i];
-        // One division: it takes as long as ten products.
-        let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
-        (n[0][i], n[1][i], n[2][i]) = (x * inverse, y * inverse, z * inverse);
-    }
-    n
+fn normals<S: Simd>(simd: S, found: &Found<S::f64s>) -> [S::f64s; 3] {
+    let product = |a, b| simd.mul_f64s(a, b);
+    let ([ax, ay, az], [bx, by, bz]) = (found.du, found.dv);
+    let x = simd.sub_f64s(product(ay, bz), product(az, by));
+    let y = simd.sub_f64s(product(az, bx), product(ax, bz));
+    let z = simd.sub_f64s(product(ax, by), product(ay, bx));
+    let square = simd.add_f64s(simd.add_f64s(product(x, x), product(y, y)), product(z, z));
+    // One division: it takes as long as ten products.
+    let inverse = simd.div_f64s(simd.splat_f64s(1.0), simd.sqrt_f64s(square));
+    [product(x, inverse), product(y, inverse), product(z, inverse)]
 }
 
-/// Puts the first of the lanes in their places.
+/// Puts vectors in their places, as far as there are any.
 #[inline(always)]
-fn put(out: &mut PointsMut<'_>, at: usize, lanes: &[Lane; 3]) {
-    for (out, lane) in [&mut out.x, &mut out.y, &mut out.z].into_iter().zip(lanes) {
-        let out = &mut out[at..];
-        // A copy of fixed length is an instruction, one of any length a call.
-        match out.first_chunk_mut::<LANES>() {
-            Some(out) => *out = *lane,
-            None => out.iter_mut().zip(lane).for_each(|(out, x)| *out = *x),
+fn put<S: Simd>(simd: S, out: &mut PointsMut<'_>, at: usize, vectors: [S::f64s; 3]) {
+    for (out, vector) in [&mut out.x, &mut out.y, &mut out.z].into_iter().zip(vectors) {
+        let out = out.get_mut(at..).unwrap_or_default();
+        match S::as_mut_simd_f64s(out) {
+            ([whole, ..], _) => *whole = vector,
+            ([], part) => simd.partial_store_f64s(part, vector),
         }
     }
+}
+
+/// The vectors of a lane.
+#[inline(always)]
+fn part<S: Simd>(lane: &Lane, part: usize) -> S::f64s {
+    S::as_simd_f64s(lane).0[part]
 }
 
 impl TriangleGrid {
@@ -227,7 +190,7 @@ impl TriangleGrid {
             Block { at, uvw, weights }
         };
         let blocks = (0..parameters.len()).step_by(LANES).map(block).collect();
-        Self { degree, count: parameters.len(), raised: raised(degree), blocks }
+        Self { degree, count: parameters.len(), raised: raised(degree).collect(), blocks }
     }
 
     /// The degree of the patches.
@@ -262,18 +225,22 @@ impl WithSimd for GridRun<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let net = by_axis(self.net);
+        let mut net = [0.0; NET_ROOM];
+        put_net(self.net, &mut net);
         let patch = Patch { n: self.grid.degree, net: &net, raised: &self.grid.raised };
         for Block { at, uvw, weights } in &self.grid.blocks {
-            let found = evaluate(simd, patch, uvw, weights);
-            let at = *at;
-            put(&mut self.out.points, at, &found.point);
-            if let Some([du, dv]) = &mut self.out.derivatives {
-                put(du, at, &found.du);
-                put(dv, at, &found.dv);
-            }
-            if let Some(out) = &mut self.out.normals {
-                put(out, at, &normals(&found));
+            for p in 0..LANES / S::F64_LANES {
+                let at = at + p * S::F64_LANES;
+                let weights = weights.iter().map(|lane| part::<S>(lane, p));
+                let found = evaluate(simd, patch, [0, 1, 2].map(|c| part::<S>(&uvw[c], p)), weights);
+                put(simd, &mut self.out.points, at, found.point);
+                if let Some([du, dv]) = &mut self.out.derivatives {
+                    put(simd, du, at, found.du);
+                    put(simd, dv, at, found.dv);
+                }
+                if let Some(out) = &mut self.out.normals {
+                    put(simd, out, at, normals(simd, &found));
+                }
             }
         }
     }
@@ -305,28 +272,33 @@ impl<F: FnMut(usize, triangle::Tangents, Point3)> WithSimd for FreeRun<'_, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let net = by_axis(self.net);
-        let mut raised = [[0; 3]; MOST_WEIGHTS];
-        let mut count = 0;
-        // As in `raised`, without a table on the heap.
-        for row in 0..self.degree {
-            for _ in 0..=row {
-                raised[count] = [count, count + row + 1, count + row + 2].map(|p| p as u8);
-                count += 1;
-            }
+        // As a grid holds it, without memory from the heap.
+        let (mut places, mut count) = ([[0; 3]; MOST_WEIGHTS], 0);
+        for (place, raised) in places.iter_mut().zip(raised(self.degree)) {
+            *place = raised;
+            count += 1;
         }
-        let patch = Patch { n: self.degree, net: &net, raised: &raised[..count] };
+        let mut net = [0.0; NET_ROOM];
+        put_net(self.net, &mut net);
+        let patch = Patch { n: self.degree, net: &net, raised: &places[..count] };
         for (block, parameters) in self.parameters.chunks(LANES).enumerate() {
             let at = |i: usize| parameters[i.min(parameters.len() - 1)];
             let (u, v): (Lane, Lane) = (std::array::from_fn(|i| at(i)[0]), std::array::from_fn(|i| at(i)[1]));
             let uvw = [u, v, std::array::from_fn(|i| 1.0 - u[i] - v[i])];
-            let found = evaluate(simd, patch, &uvw, &weights(self.degree, &uvw)[..count]);
-            let normals = normals(&found);
+            let weights = weights(self.degree, &uvw);
+            // Points, derivatives by u and v, and normals.
+            let mut all = [[[0.0; LANES]; 3]; 4];
+            for p in 0..LANES / S::F64_LANES {
+                let weights = weights[..count].iter().map(|lane| part::<S>(lane, p));
+                let found = evaluate(simd, patch, [0, 1, 2].map(|c| part::<S>(&uvw[c], p)), weights);
+                let normals = normals(simd, &found);
+                for (lanes, vectors) in all.iter_mut().zip([found.point, found.du, found.dv, normals]) {
+                    (0..3).for_each(|c| S::as_mut_simd_f64s(&mut lanes[c]).0[p] = vectors[c]);
+                }
+            }
             for i in 0..parameters.len() {
-                let of = |lanes: &[Lane; 3]| Point3::new(lanes[0][i], lanes[1][i], lanes[2][i]);
-                let tangents =
-                    triangle::Tangents { point: of(&found.point), du: of(&found.du), dv: of(&found.dv) };
-                (self.each)(block * LANES + i, tangents, of(&normals));
+                let [point, du, dv, normal] = all.map(|lanes| Point3::from(lanes.map(|lane| lane[i])));
+                (self.each)(block * LANES + i, triangle::Tangents { point, du, dv }, normal);
             }
         }
     }
