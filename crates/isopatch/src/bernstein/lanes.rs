@@ -70,10 +70,18 @@ fn lanes_of(parameters: &[[f64; 3]]) -> [Lane; 3] {
     std::array::from_fn(|c| std::array::from_fn(|i| parameters[i.min(parameters.len() - 1)][c]))
 }
 
-/// For each index of degree n − 1, where the coordinates of a net of degree n stand for it raised by one in u, v and w.
-fn raised(n: usize) -> impl Iterator<Item = [u8; 3]> {
-    let rows = (0..n).flat_map(|row| (0..=row).map(move |_| row));
-    rows.enumerate().map(|(p, row)| [p, p + row + 1, p + row + 2].map(|at| 3 * at as u8))
+/// For each index of degree n − 1, where the coordinates of a net of degree n stand for it raised by one in u, v and w; then zeros.
+#[inline(always)]
+fn raised(n: usize) -> [[u8; 3]; MOST_WEIGHTS] {
+    let mut places = [[0; 3]; MOST_WEIGHTS];
+    let mut p = 0;
+    for row in 0..n {
+        for _ in 0..=row {
+            places[p] = [p, p + row + 1, p + row + 2].map(|at| 3 * at as u8);
+            p += 1;
+        }
+    }
+    places
 }
 
 /// Bernstein polynomials of degree n − 1.
@@ -190,7 +198,12 @@ impl TriangleGrid {
             Block { at, uvw, weights }
         };
         let blocks = (0..parameters.len()).step_by(LANES).map(block).collect();
-        Self { degree, count: parameters.len(), raised: raised(degree).collect(), blocks }
+        Self {
+            degree,
+            count: parameters.len(),
+            raised: raised(degree)[..index::count(degree - 1)].to_vec(),
+            blocks,
+        }
     }
 
     /// The degree of the patches.
@@ -272,12 +285,8 @@ impl<F: FnMut(usize, triangle::Tangents, Point3)> WithSimd for FreeRun<'_, F> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        // As a grid holds it, without memory from the heap.
-        let (mut places, mut count) = ([[0; 3]; MOST_WEIGHTS], 0);
-        for (place, raised) in places.iter_mut().zip(raised(self.degree)) {
-            *place = raised;
-            count += 1;
-        }
+        let count = index::count(self.degree - 1);
+        let places = raised(self.degree);
         let mut net = [0.0; NET_ROOM];
         put_net(self.net, &mut net);
         let patch = Patch { n: self.degree, net: &net, raised: &places[..count] };
@@ -291,13 +300,16 @@ impl<F: FnMut(usize, triangle::Tangents, Point3)> WithSimd for FreeRun<'_, F> {
             for p in 0..LANES / S::F64_LANES {
                 let weights = weights[..count].iter().map(|lane| part::<S>(lane, p));
                 let found = evaluate(simd, patch, [0, 1, 2].map(|c| part::<S>(&uvw[c], p)), weights);
-                let normals = normals(simd, &found);
-                for (lanes, vectors) in all.iter_mut().zip([found.point, found.du, found.dv, normals]) {
-                    (0..3).for_each(|c| S::as_mut_simd_f64s(&mut lanes[c]).0[p] = vectors[c]);
+                let vectors = [found.point, found.du, found.dv, normals(simd, &found)];
+                for kind in 0..4 {
+                    for c in 0..3 {
+                        S::as_mut_simd_f64s(&mut all[kind][c]).0[p] = vectors[kind][c];
+                    }
                 }
             }
             for i in 0..parameters.len() {
-                let [point, du, dv, normal] = all.map(|lanes| Point3::from(lanes.map(|lane| lane[i])));
+                let of = |kind: usize| Point3::new(all[kind][0][i], all[kind][1][i], all[kind][2][i]);
+                let [point, du, dv, normal] = [of(0), of(1), of(2), of(3)];
                 (self.each)(block * LANES + i, triangle::Tangents { point, du, dv }, normal);
             }
         }

@@ -39,26 +39,32 @@ pub fn push_float(text: &mut Vec<u8>, x: f64) {
     push_word(text, zmij::Buffer::new().format_finite(x).as_bytes());
 }
 
-/// Bytes that are copied at once.
-const CHUNK: usize = 16;
+/// Appends a word. Words of most lengths are two pieces of fixed length that overlap, which takes no call.
+pub fn push_word(text: &mut Vec<u8>, word: &[u8]) {
+    if !(push_pieces::<4>(text, word) || push_pieces::<8>(text, word) || push_pieces::<16>(text, word)) {
+        text.extend_from_slice(word);
+    }
+}
 
-/// Appends a word. Most numbers are longer than a chunk and shorter than two: two chunks that overlap need no call.
-fn push_word(text: &mut Vec<u8>, word: &[u8]) {
-    match (word.first_chunk::<CHUNK>(), word.last_chunk::<CHUNK>()) {
-        (Some(first), Some(last)) if word.len() <= 2 * CHUNK => {
+/// Appends a word of N to 2N bytes; false if it has another length.
+#[inline(always)]
+fn push_pieces<const N: usize>(text: &mut Vec<u8>, word: &[u8]) -> bool {
+    match (word.first_chunk::<N>(), word.last_chunk::<N>()) {
+        (Some(first), Some(last)) if word.len() <= 2 * N => {
             let end = text.len() + word.len();
             text.extend_from_slice(first);
             text.extend_from_slice(last);
-            text[end - CHUNK..end].copy_from_slice(last);
+            text[end - N..end].copy_from_slice(last);
             text.truncate(end);
+            true
         }
-        _ => text.extend_from_slice(word),
+        _ => false,
     }
 }
 
 /// Appends an unsigned integer.
 pub fn push_integer(text: &mut Vec<u8>, n: u64) {
-    text.extend_from_slice(itoa::Buffer::new().format(n).as_bytes());
+    push_word(text, itoa::Buffer::new().format(n).as_bytes());
 }
 
 /// Writes items 0 … `count` − 1 in order, each as `format` appends it, formatting in parallel.

@@ -1,10 +1,11 @@
 //! The entities of corners, seams and patches.
 
+use super::decimals::Decimals;
 use super::numbering::Numbering;
 use crate::bernstein::{curve, quads};
 use crate::geom::Point3;
 use crate::io::net::{DEGREE, Net};
-use crate::io::text::{push_integer, push_real};
+use crate::io::text::push_integer;
 use crate::surface::PatchId;
 
 /// Which way the normals of a patch's faces point.
@@ -34,13 +35,13 @@ pub fn push_references(text: &mut Vec<u8>, ids: impl Iterator<Item = u64>) {
     text.push(b')');
 }
 
-fn push_point(text: &mut Vec<u8>, id: u64, p: &Point3) {
+fn push_point(text: &mut Vec<u8>, decimals: Decimals, id: u64, p: &Point3) {
     begin(text, id, "CARTESIAN_POINT('',(");
-    push_real(text, p.x);
+    decimals.push(text, p.x);
     text.push(b',');
-    push_real(text, p.y);
+    decimals.push(text, p.y);
     text.push(b',');
-    push_real(text, p.z);
+    decimals.push(text, p.z);
     text.extend_from_slice(b"));\n");
 }
 
@@ -67,17 +68,24 @@ fn push_edge(text: &mut Vec<u8>, id: u64, from: u64, to: u64, curve: u64) {
 }
 
 /// A corner: its point and vertex.
-pub fn push_corner(text: &mut Vec<u8>, ids: &Numbering, corner: u32, p: &Point3) {
-    push_point(text, ids.corner_point(corner), p);
+pub fn push_corner(text: &mut Vec<u8>, ids: &Numbering, decimals: Decimals, corner: u32, p: &Point3) {
+    push_point(text, decimals, ids.corner_point(corner), p);
     push_vertex(text, ids.corner_vertex(corner), ids.corner_point(corner));
 }
 
 /// A seam from its control points and end corners: its two halves, which meet in a vertex at t = 1/2.
-pub fn push_seam(text: &mut Vec<u8>, ids: &Numbering, seam: u32, row: &[Point3; DEGREE + 1], ends: [u32; 2]) {
+pub fn push_seam(
+    text: &mut Vec<u8>,
+    ids: &Numbering,
+    decimals: Decimals,
+    seam: u32,
+    row: &[Point3; DEGREE + 1],
+    ends: [u32; 2],
+) {
     let (first, second) = curve::split_half(row);
-    push_point(text, ids.seam(seam), &second[0]);
+    push_point(text, decimals, ids.seam(seam), &second[0]);
     for (half, points) in [first, second].iter().enumerate() {
-        (1..DEGREE).for_each(|m| push_point(text, ids.seam_inner(seam, half, m), &points[m]));
+        (1..DEGREE).for_each(|m| push_point(text, decimals, ids.seam_inner(seam, half, m), &points[m]));
     }
     push_vertex(text, ids.seam_vertex(seam), ids.seam(seam));
     for half in 0..2 {
@@ -96,15 +104,23 @@ pub fn push_seam(text: &mut Vec<u8>, ids: &Numbering, seam: u32, row: &[Point3; 
 }
 
 /// A patch: its centroid, three spokes and three faces. Borders refer to the points of corners and seams.
-pub fn push_patch(text: &mut Vec<u8>, ids: &Numbering, patch: PatchId, net: &Net, facing: Facing) {
+pub fn push_patch(
+    text: &mut Vec<u8>,
+    ids: &Numbering,
+    decimals: Decimals,
+    patch: PatchId,
+    net: &Net,
+    facing: Facing,
+) {
     let quads = quads::split(net);
-    push_point(text, ids.patch(patch), &quads[0][DEGREE][DEGREE]);
+    push_point(text, decimals, ids.patch(patch), &quads[0][DEGREE][DEGREE]);
     for (spoke, quad) in quads.iter().enumerate() {
-        (1..DEGREE).for_each(|m| push_point(text, ids.spoke_point(patch, spoke, m), &quad[DEGREE][m]));
+        (1..DEGREE)
+            .for_each(|m| push_point(text, decimals, ids.spoke_point(patch, spoke, m), &quad[DEGREE][m]));
     }
     for (q, quad) in quads.iter().enumerate() {
         for i in 1..DEGREE {
-            (1..DEGREE).for_each(|j| push_point(text, ids.quad_inner(patch, q, i, j), &quad[i][j]));
+            (1..DEGREE).for_each(|j| push_point(text, decimals, ids.quad_inner(patch, q, i, j), &quad[i][j]));
         }
     }
     push_vertex(text, ids.centroid_vertex(patch), ids.patch(patch));

@@ -5,6 +5,7 @@
 //! file is watertight bit for bit and needs no curves in parameter space. Rational triangles are in `rational.rs`.
 
 mod bodies;
+mod decimals;
 mod geometry;
 mod numbering;
 mod product;
@@ -17,6 +18,7 @@ use crate::bernstein::index;
 use crate::geom::Point3;
 use crate::surface::{PatchId, Seam, Surface};
 use bodies::Body;
+use decimals::Decimals;
 use geometry::Facing;
 use numbering::Numbering;
 use product::Entities;
@@ -70,11 +72,14 @@ pub fn write_step(
     let ids = Numbering::new(surface)?;
     product::write_header(out, options)?;
     let mut buffers = Buffers::default();
-    write_corners(surface, &nets, &ids, &mut buffers, out)?;
-    write_seams(surface, &nets, &ids, &mut buffers, out)?;
+    // Everything written is a convex combination of these.
+    let largest = nets.iter().flat_map(|net| net.iter().map(|p| p.amax())).fold(0.0, f64::max);
+    let decimals = Decimals::of(largest);
+    write_corners(surface, &nets, &ids, decimals, &mut buffers, out)?;
+    write_seams(surface, &nets, &ids, decimals, &mut buffers, out)?;
     let facings = facings(surface, &bodies);
     buffers.write_items(out, nets.len(), |p, text| {
-        geometry::push_patch(text, &ids, PatchId(p as u32), nets[p], facings[p]);
+        geometry::push_patch(text, &ids, decimals, PatchId(p as u32), nets[p], facings[p]);
     })?;
     let mut entities = Entities { next: ids.end(), out };
     let faces = |patches: &[PatchId]| {
@@ -92,6 +97,7 @@ fn write_corners(
     surface: &dyn Surface,
     nets: &[&Net],
     ids: &Numbering,
+    decimals: Decimals,
     buffers: &mut Buffers,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
@@ -101,20 +107,23 @@ fn write_corners(
             points[corner as usize] = net[index::row(DEGREE, c, 0, 0)];
         }
     }
-    buffers.write_items(out, points.len(), |c, text| geometry::push_corner(text, ids, c as u32, &points[c]))
+    buffers.write_items(out, points.len(), |c, text| {
+        geometry::push_corner(text, ids, decimals, c as u32, &points[c])
+    })
 }
 
 fn write_seams(
     surface: &dyn Surface,
     nets: &[&Net],
     ids: &Numbering,
+    decimals: Decimals,
     buffers: &mut Buffers,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     let seams = surface.seams();
     buffers.write_items(out, seams.len(), |s, text| {
         let (row, ends) = seam_row(surface, nets, &seams[s]);
-        geometry::push_seam(text, ids, s as u32, &row, ends);
+        geometry::push_seam(text, ids, decimals, s as u32, &row, ends);
     })
 }
 
