@@ -9,7 +9,7 @@ use super::octree::{
 };
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
-use crate::geom::{Point3, Points};
+use crate::geom::{Point3, Points, PointsView};
 
 /// Settings of a [`Cover`].
 #[derive(Clone, Copy, Debug)]
@@ -200,10 +200,14 @@ impl<'a> Cover<'a> {
     /// Checks a leaf whose neighbours are not known.
     fn check_alone(&self, leaf: &Leaf) -> Checked {
         let mut values = [0.0; LOCAL_NODES];
-        let inside = NodeSet::PLAIN.iter();
-        let points: Points = inside.map(|n| self.lattice.position(leaf.cell.node(local(n)))).collect();
+        let mut points = [[0.0; NodeSet::PLAIN_COUNT]; 3];
+        for (i, n) in NodeSet::PLAIN.iter().enumerate() {
+            let position = self.lattice.position(leaf.cell.node(local(n)));
+            (0..3).for_each(|axis| points[axis][i] = position[axis]);
+        }
+        let [x, y, z] = &points;
         let mut f = [0.0; NodeSet::PLAIN_COUNT];
-        self.field.values(points.view(), &mut f);
+        self.field.values(PointsView { x, y, z }, &mut f);
         NodeSet::PLAIN.iter().zip(f).for_each(|(n, f)| values[n] = f);
         let is_crossed = f.iter().any(|v| (*v < 0.0) != (f[0] < 0.0));
         if is_crossed && !leaf.is_flat(self.options.turn) && leaf.can_be_split() {
@@ -389,8 +393,10 @@ impl<'a> Cover<'a> {
         /// Points of a task; the result does not depend on it.
         const CHUNK: usize = 128;
         let mut values = vec![0.0; places.len()];
-        values.par_chunks_mut(CHUNK).zip(places.par_chunks(CHUNK)).for_each(|(values, places)| {
-            let points: Points = places.iter().map(|key| self.lattice.position(node_of(*key))).collect();
+        let chunks = values.par_chunks_mut(CHUNK).zip(places.par_chunks(CHUNK));
+        chunks.for_each_init(Points::default, |points, (values, places)| {
+            points.clear();
+            places.iter().for_each(|key| points.push(self.lattice.position(node_of(*key))));
             self.field.values(points.view(), values);
         });
         values
@@ -403,7 +409,7 @@ impl<'a> Cover<'a> {
         (0..cells.len()).into_par_iter().all(|i| {
             let values = nodes.local_values(i, &cells[i]);
             let set = nodes.sets[i];
-            self.border_nodes(&cells, &index, i).into_iter().filter(|n| set.contains(*n)).all(|n| {
+            self.border_nodes(&cells, &index, i).iter().filter(|n| set.contains(*n)).all(|n| {
                 let position = self.lattice.position(cells[i].node(local(n)));
                 has_sign_of(&self.leaves[i].bounds.value, n, values[n])
                     || values[n].abs() > self.field.rounding_bound(position)
@@ -412,8 +418,8 @@ impl<'a> Cover<'a> {
     }
 
     /// The local nodes of a leaf on the parts of its surface where no leaf is on the other side.
-    fn border_nodes(&self, cells: &[Cell], index: &KeyMap<u32>, i: usize) -> Vec<usize> {
-        let mut found = Vec::new();
+    fn border_nodes(&self, cells: &[Cell], index: &KeyMap<u32>, i: usize) -> NodeSet {
+        let mut found = NodeSet::NONE;
         let cell = &cells[i];
         for side in 0..6 {
             let mut steps = [0; 3];
@@ -436,7 +442,8 @@ impl<'a> Cover<'a> {
                 }
                 if finer.is_none_or(|child| find(cells, index, &child).is_none()) {
                     let last = around[(2 * quarter + 7) % 8];
-                    found.extend([corner, around[2 * quarter + 1], last, middle(side)]);
+                    let nodes = [corner, around[2 * quarter + 1], last, middle(side)];
+                    found = nodes.into_iter().fold(found, NodeSet::with);
                 }
             }
         }

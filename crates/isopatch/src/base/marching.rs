@@ -50,12 +50,11 @@ impl Vertices<'_> {
 /// Leaves that one task looks at.
 const TASK: usize = 128;
 
-/// The tetrahedra of a leaf that the surface passes through, by the numbers of their corners.
-fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize) -> Vec<[usize; 4]> {
-    let mut found = Vec::new();
+/// Appends the tetrahedra of a leaf that the surface passes through, by the numbers of their corners.
+fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize, found: &mut Vec<[usize; 4]>) {
     let cell = &cover.leaves[leaf].cell;
     if !nodes.is_crossed(leaf, cell) {
-        return found;
+        return;
     }
     let values = nodes.local_values(leaf, cell);
     for_tetrahedra(cell, nodes.sets[leaf], |corners| {
@@ -64,7 +63,6 @@ fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize) -> Vec<[usize; 4]> {
             found.push(corners.map(|n| nodes.number(leaf, cell, n)));
         }
     });
-    found
 }
 
 /// The mesh of f = 0 as far as the nodes know it; f < 0 counts as inside, all else (zero and NaN too) as outside.
@@ -72,7 +70,11 @@ fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize) -> Vec<[usize; 4]> {
 /// `bounds` is the box that cuts the surface. Fails if f has no value at a node beside the inside.
 pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<TriangleMesh, BaseError> {
     let leaves = (0..cover.leaves.len()).into_par_iter().with_min_len(TASK);
-    let crossed: Vec<[usize; 4]> = leaves.flat_map_iter(|i| crossed(cover, nodes, i)).collect();
+    let of_tasks = leaves.fold(Vec::new, |mut found, leaf| {
+        crossed(cover, nodes, leaf, &mut found);
+        found
+    });
+    let crossed = of_tasks.collect::<Vec<_>>().concat();
     let mut vertices = Vertices { cover, nodes, on_edge: KeyMap::default(), positions: Vec::new() };
     let mut faces = Vec::new();
     crossed.iter().for_each(|corners| cut(*corners, &mut vertices, &mut faces));

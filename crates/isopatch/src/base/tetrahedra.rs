@@ -38,6 +38,7 @@ pub(super) fn local(index: usize) -> [u32; 3] {
 pub(super) struct NodeSet(u32);
 
 impl NodeSet {
+    pub(super) const NONE: Self = Self(0);
     /// Only the corners: six tetrahedra.
     pub(super) const CORNERS: Self =
         Self(1 | 1 << 2 | 1 << 6 | 1 << 8 | 1 << 18 | 1 << 20 | 1 << 24 | 1 << 26);
@@ -55,7 +56,7 @@ impl NodeSet {
         self.0 >> node & 1 == 1
     }
 
-    fn with(self, node: usize) -> Self {
+    pub(super) fn with(self, node: usize) -> Self {
         Self(self.0 | 1 << node)
     }
 

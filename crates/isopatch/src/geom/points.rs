@@ -39,6 +39,11 @@ impl Points {
         Self { x: vec![0.0; n], y: vec![0.0; n], z: vec![0.0; n] }
     }
 
+    /// No points, and room for `n`.
+    pub fn with_capacity(n: usize) -> Self {
+        Self { x: Vec::with_capacity(n), y: Vec::with_capacity(n), z: Vec::with_capacity(n) }
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.x.len()
@@ -108,8 +113,7 @@ impl Points {
 impl FromIterator<Point3> for Points {
     fn from_iter<T: IntoIterator<Item = Point3>>(iter: T) -> Self {
         let iter = iter.into_iter();
-        let room = || Vec::with_capacity(iter.size_hint().0);
-        let mut points = Self { x: room(), y: room(), z: room() };
+        let mut points = Self::with_capacity(iter.size_hint().0);
         iter.for_each(|p| points.push(p));
         points
     }

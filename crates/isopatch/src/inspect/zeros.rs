@@ -57,7 +57,7 @@ fn brick_zeros(field: &dyn Field, grid: &Grid, first: [usize; 3]) -> Vec<Point3>
         return Vec::new();
     }
     let [sx, sy, sz] = [0, 1, 2].map(|a| last[a] - first[a] + 1);
-    let mut points = Points::default();
+    let mut points = Points::with_capacity(sx * sy * sz);
     for (k, j) in (0..sz).flat_map(|k| (0..sy).map(move |j| (k, j))) {
         (0..sx).for_each(|i| points.push(grid.vertex([first[0] + i, first[1] + j, first[2] + k])));
     }
@@ -105,7 +105,7 @@ impl Brackets {
     fn close_in(self, field: &dyn Field) -> Vec<Point3> {
         let mut roots: Vec<Bracket> = self.ends.iter().map(|f| Bracket::new(*f)).collect();
         let mut open: Vec<usize> = (0..roots.len()).collect();
-        let (mut points, mut f) = (Points::default(), Vec::new());
+        let (mut points, mut f) = (Points::with_capacity(roots.len()), Vec::with_capacity(roots.len()));
         for round in 0..SECANTS + HALVINGS {
             if open.is_empty() {
                 break;

@@ -40,7 +40,7 @@ pub fn push_float(text: &mut Vec<u8>, x: f64) {
 }
 
 /// Appends a word. Words of most lengths are two pieces of fixed length that overlap, which takes no call.
-pub fn push_word(text: &mut Vec<u8>, word: &[u8]) {
+fn push_word(text: &mut Vec<u8>, word: &[u8]) {
     if !(push_pieces::<4>(text, word) || push_pieces::<8>(text, word) || push_pieces::<16>(text, word)) {
         text.extend_from_slice(word);
     }

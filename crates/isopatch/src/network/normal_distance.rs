@@ -33,7 +33,9 @@ pub(super) fn reduce_normal_distance(
         return plain_steps(target, options, ends, fits);
     }
     let start: Vec<Fit> = fits.to_vec();
-    let origin = sample_points(ends, fits);
+    let mut origin = Points::default();
+    put_samples(ends, fits, &mut origin);
+    let mut points = Points::default();
     let weight = options.tangential_weight;
     let mut best = NormalBatch::new(ends.len());
     let mut sums = best.evaluate(target, &origin, &origin, weight);
@@ -45,7 +47,8 @@ pub(super) fn reduce_normal_distance(
             let step = best.step(i, &ends[i], &fits[i], &start[i], damping[i], options);
             *next = ends[i].restore(ends[i].within_limits(step, options));
         }
-        let after = trial.evaluate(target, &sample_points(ends, &next), &origin, weight);
+        put_samples(ends, &next, &mut points);
+        let after = trial.evaluate(target, &points, &origin, weight);
         for i in 0..fits.len() {
             // Written so that a NaN does not count.
             if after[i] < sums[i] && ends[i].in_box(&next[i], options) {
@@ -63,19 +66,23 @@ pub(super) fn reduce_normal_distance(
 /// only if the sum of squared offsets fell.
 fn plain_steps(target: &dyn Target, options: &CurveOptions, ends: &[Ends], fits: &mut [Fit]) {
     let start: Vec<Fit> = fits.to_vec();
-    let origin = sample_points(ends, fits);
+    let mut origin = Points::default();
+    put_samples(ends, fits, &mut origin);
+    let mut points = origin.clone();
     let mut batch = NormalBatch::new(ends.len());
     let before = batch.evaluate(target, &origin, &origin, 0.0);
     for step in 0..options.normal_distance_steps {
         if step > 0 {
-            batch.evaluate(target, &sample_points(ends, fits), &origin, 0.0);
+            put_samples(ends, fits, &mut points);
+            batch.evaluate(target, &points, &origin, 0.0);
         }
         for (i, fit) in fits.iter_mut().enumerate() {
             *fit = batch.step(i, &ends[i], fit, &start[i], 0.0, options);
         }
     }
     fits.iter_mut().zip(ends).for_each(|(fit, ends)| *fit = ends.restore(*fit));
-    let after = batch.evaluate(target, &sample_points(ends, fits), &origin, 0.0);
+    put_samples(ends, fits, &mut points);
+    let after = batch.evaluate(target, &points, &origin, 0.0);
     for i in 0..fits.len() {
         // Written so that a NaN keeps the start.
         let better = after[i] <= before[i] && ends[i].in_box(&fits[i], options);
@@ -85,14 +92,16 @@ fn plain_steps(target: &dyn Target, options: &CurveOptions, ends: &[Ends], fits:
     }
 }
 
-/// The samples of all curves.
-fn sample_points(ends: &[Ends], fits: &[Fit]) -> Points {
-    let curves = ends.iter().zip(fits).map(|(ends, fit)| (ends.q0, ends.control_points(fit)));
-    curves
-        .flat_map(|(q0, q)| {
-            TABLE.b.iter().map(move |b| q0 + b.iter().zip(&q).map(|(b, q)| *b * q).sum::<Vec3>())
-        })
-        .collect()
+/// Makes `out` the samples of all curves.
+fn put_samples(ends: &[Ends], fits: &[Fit], out: &mut Points) {
+    out.resize(ends.len() * SAMPLES);
+    for (c, (ends, fit)) in ends.iter().zip(fits).enumerate() {
+        let q = ends.control_points(fit);
+        for (j, b) in TABLE.b.iter().enumerate() {
+            let sample = ends.q0 + b.iter().zip(&q).map(|(b, q)| *b * q).sum::<Vec3>();
+            out.set(c * SAMPLES + j, sample);
+        }
+    }
 }
 
 /// Offsets and normals of the target at the samples of a batch of curves.

@@ -216,7 +216,8 @@ fn fit_batch(
     edges: &[EdgeId],
 ) -> Result<Vec<QuarticCurve>, CurveError> {
     let ends: Vec<Ends> = edges.iter().map(|e| Ends::of(base, *e, options)).collect::<Result<_, _>>()?;
-    let mut points: Points = ends.iter().flat_map(|e| TABLE.t.map(|t| e.q0 + t * e.chord)).collect();
+    let mut points = Points::with_capacity(ends.len() * SAMPLES);
+    ends.iter().for_each(|e| TABLE.t.iter().for_each(|t| points.push(e.q0 + *t * e.chord)));
     target.project(&mut points);
     project_within_sides(target, &ends, &mut points);
 

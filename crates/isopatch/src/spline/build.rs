@@ -110,10 +110,15 @@ struct Ring {
     corners: Vec<HalfEdgeId>,
 }
 
+/// Edges at a vertex; mostly enough.
+const VALENCE: usize = 8;
+
 impl Ring {
     fn of(mesh: &HalfEdgeMesh, v: VertexId) -> Self {
-        let corners: Vec<HalfEdgeId> = mesh.ring(v).collect();
-        let mut darts: Vec<Dart> = corners.iter().map(|h| Dart::of(mesh, *h)).collect();
+        let mut corners = Vec::with_capacity(VALENCE);
+        corners.extend(mesh.ring(v));
+        let mut darts = Vec::with_capacity(corners.len() + 1);
+        darts.extend(corners.iter().map(|h| Dart::of(mesh, *h)));
         if let (true, Some(last)) = (mesh.is_boundary_vertex(v), corners.last()) {
             darts.push(Dart::of(mesh, mesh.prev(*last)).reverse());
         }
