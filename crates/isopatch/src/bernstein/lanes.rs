@@ -165,7 +165,7 @@ fn normals<S: Simd>(simd: S, found: &Found<S::f64s>) -> [S::f64s; 3] {
     [product(x, inverse), product(y, inverse), product(z, inverse)]
 }
 
-/// Puts vectors in their places, as far as there are any.
+/// Puts vectors in their places; the last ones of a grid below [`LANES`] parameters have none.
 #[inline(always)]
 fn put<S: Simd>(simd: S, out: &mut PointsMut<'_>, at: usize, vectors: [S::f64s; 3]) {
     for (out, vector) in [&mut out.x, &mut out.y, &mut out.z].into_iter().zip(vectors) {
@@ -222,7 +222,15 @@ impl TriangleGrid {
     }
 
     /// All parameters of the patch with a net; the outputs are as long as the grid. No allocation.
+    ///
+    /// # Panics
+    /// If an output is shorter.
     pub fn evaluate(&self, net: &[Point3], out: TangentsMut<'_>) {
+        let [du, dv] = out.derivatives.as_ref().map_or([None; 2], |[du, dv]| [Some(du), Some(dv)]);
+        for out in [Some(&out.points), du, dv, out.normals.as_ref()].into_iter().flatten() {
+            let shortest = out.x.len().min(out.y.len()).min(out.z.len());
+            assert!(shortest >= self.count, "room for {shortest} of {} results", self.count);
+        }
         Arch::new().dispatch(GridRun { grid: self, net, out });
     }
 }
@@ -366,6 +374,16 @@ mod tests {
             assert_eq!([points.get(i), du.get(i), dv.get(i)], [t.point, t.du, t.dv]);
             assert!((normals.get(i) - t.du.cross(&t.dv).normalize()).norm() < 1e-15);
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "room for 2 of 3 results")]
+    fn outputs_that_are_too_short_are_refused() {
+        let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let (mut points, mut normals) = (Points::zeros(3), Points::zeros(2));
+        let normals = Some(normals.view_mut());
+        let out = TangentsMut { points: points.view_mut(), derivatives: None, normals };
+        TriangleGrid::new(7, &corners).evaluate(&net(7), out);
     }
 
     #[test]

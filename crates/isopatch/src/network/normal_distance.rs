@@ -33,9 +33,9 @@ pub(super) fn reduce_normal_distance(
         return plain_steps(target, options, ends, fits);
     }
     let start: Vec<Fit> = fits.to_vec();
-    let mut origin = Points::default();
-    put_samples(ends, fits, &mut origin);
     let mut points = Points::default();
+    put_samples(ends, fits, &mut points);
+    let origin = points.clone();
     let weight = options.tangential_weight;
     let mut best = NormalBatch::new(ends.len());
     let mut sums = best.evaluate(target, &origin, &origin, weight);
@@ -66,9 +66,9 @@ pub(super) fn reduce_normal_distance(
 /// only if the sum of squared offsets fell.
 fn plain_steps(target: &dyn Target, options: &CurveOptions, ends: &[Ends], fits: &mut [Fit]) {
     let start: Vec<Fit> = fits.to_vec();
-    let mut origin = Points::default();
-    put_samples(ends, fits, &mut origin);
-    let mut points = origin.clone();
+    let mut points = Points::default();
+    put_samples(ends, fits, &mut points);
+    let origin = points.clone();
     let mut batch = NormalBatch::new(ends.len());
     let before = batch.evaluate(target, &origin, &origin, 0.0);
     for step in 0..options.normal_distance_steps {
