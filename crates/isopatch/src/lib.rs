@@ -101,6 +101,7 @@ pub mod io;
 pub mod mesh;
 pub mod network;
 pub mod numeric;
+mod parallel;
 pub mod query;
 pub mod rational;
 pub mod recipes;

@@ -206,7 +206,10 @@ impl<'d, 'a> Batch<'d, 'a> {
     /// Moves and flips around a merged vertex; are the faces at it valid in the end?
     fn relax(&mut self, v: u32) -> bool {
         let sides = self.sides(v);
-        for _ in 0..RELAXATIONS {
+        for done in 0..RELAXATIONS {
+            if done > 0 && self.mesh.ring(v).any(|h| self.draft.is_hopeless(self.mesh.corners(h))) {
+                return false;
+            }
             if sides.is_empty()
                 && let Some(middle) = self.middle_of_ring(v)
             {

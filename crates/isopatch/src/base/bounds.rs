@@ -1,5 +1,6 @@
 //! Where the surface is: a box around it, from interval bounds alone.
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use super::clip::BoxSide;
@@ -116,6 +117,7 @@ fn subdivide(
         let before = cells.len() as f64;
         cells = cells
             .par_iter()
+            .evenly(1)
             .flat_map_iter(|cell| octants(cell).into_iter().filter(|c| may_vanish(field, c)))
             .collect();
         if cells.is_empty() {

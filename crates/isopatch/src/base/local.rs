@@ -14,6 +14,9 @@ use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::{FaceId, VertexId};
 
+/// Leans and turns over their limits by this factor are not hoped to get valid: on the surfaces of Tong & Kim 2009, of collapses
+/// whose faces are so after one relaxation, one in a hundred would.
+const HOPELESS: f64 = 1.2;
 /// Corners of a slot without a face.
 pub(super) const REMOVED: [u32; 3] = [u32::MAX; 3];
 
@@ -35,6 +38,8 @@ pub struct Draft<'a> {
     pub(super) options: &'a BaseOptions,
     pub(super) diagonal: f64,
     limits: Cosines,
+    /// Beyond these no change is hoped for.
+    hopeless: Cosines,
     pub(super) faces: Vec<[u32; 3]>,
     pub(super) stamps: Vec<u64>,
     pub(super) last_stamp: u64,
@@ -100,6 +105,11 @@ impl<'a> Draft<'a> {
             options,
             diagonal: base.diagonal(),
             limits: Cosines::from(&options.limits),
+            hopeless: Cosines::from(&ValidityLimits {
+                facet_deviation: HOPELESS * options.limits.facet_deviation,
+                curvature_length: HOPELESS * options.limits.curvature_length,
+                ..options.limits
+            }),
             stamps: (0..last_stamp).collect(),
             failures: Failures::new(vertices.len(), faces.len()),
             faces,
@@ -180,13 +190,24 @@ impl<'a> Draft<'a> {
             // angle is monotone in the cosine.
             let sine = area.dot(&p.normal);
             let cosine = d.dot(&e) - d.dot(&p.normal) * e.dot(&p.normal);
-            let length = sine.hypot(cosine);
+            let length = (sine * sine + cosine * cosine).sqrt();
             sine > 0.0
                 && sine > least
                 && cosine < limits.smallest_corner * length
                 && cosine > limits.largest_corner * length
                 && !bends(&p.tensor, d)
                 && !bends(&p.tensor, e)
+        })
+    }
+
+    /// Does the face lean, or bend, so far beyond its limits that moving its corners will hardly make it valid?
+    pub(super) fn is_hopeless(&self, corners: [u32; 3]) -> bool {
+        let [a, b, c] = corners.map(|v| &self.vertices[v as usize]);
+        let area = area_vector([a.x, b.x, c.x]);
+        let least = self.hopeless.facet_deviation * area.norm();
+        let bends = |m: &Mat3, d: Vec3| (m * d).norm_squared() > self.hopeless.curvature_length.powi(2);
+        [(a, b, c), (b, c, a), (c, a, b)].into_iter().any(|(p, q, r)| {
+            area.dot(&p.normal) < least || bends(&p.tensor, q.x - p.x) || bends(&p.tensor, r.x - p.x)
         })
     }
 

@@ -10,6 +10,7 @@ use super::octree::{KeyMap, node_of};
 use super::tetrahedra::for_tetrahedra;
 use super::triangle_mesh::TriangleMesh;
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Share of an edge of a tetrahedron at both of its ends where no vertex is put: it keeps triangles from collapsing
@@ -69,7 +70,7 @@ fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize, found: &mut Vec<[usize
 ///
 /// `bounds` is the box that cuts the surface. Fails if f has no value at a node beside the inside.
 pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<TriangleMesh, BaseError> {
-    let leaves = (0..cover.leaves.len()).into_par_iter().with_min_len(TASK);
+    let leaves = (0..cover.leaves.len()).into_par_iter().evenly(TASK);
     let of_tasks = leaves.fold(Vec::new, |mut found, leaf| {
         crossed(cover, nodes, leaf, &mut found);
         found

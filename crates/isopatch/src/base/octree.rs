@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Bits of one coordinate in a key: three of them fit into 64 bits.
@@ -198,7 +199,7 @@ pub(super) fn surroundings(lattice: &Lattice, leaves: &[Cell], index: &KeyMap<u3
             })
         })
     };
-    let fine = leaves.par_iter().with_min_len(TASK).filter(|leaf| leaf.level > coarsest);
+    let fine = leaves.par_iter().evenly(TASK).filter(|leaf| leaf.level > coarsest);
     let touching: Vec<(usize, bool)> = fine.flat_map_iter(coarser_beside).collect();
     let mut found = vec![Surroundings::default(); leaves.len()];
     for (i, is_much) in touching {

@@ -1,5 +1,6 @@
 //! Points onto the surface: damped Newton iteration along the gradient.
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use super::clip::BoxSides;
@@ -67,6 +68,7 @@ fn project_within(
         .par_chunks_mut(CHUNK)
         .zip(y.par_chunks_mut(CHUNK))
         .zip(z.par_chunks_mut(CHUNK))
+        .evenly(1)
         .enumerate()
         .map(|(i, ((x, y), z))| project_chunk(field, PointsMut { x, y, z }, sides_of(i), diagonal, options))
         .collect();

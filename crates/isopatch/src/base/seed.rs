@@ -1,5 +1,6 @@
 //! A fine triangle mesh near the surface, with what the choice of the base mesh needs to know.
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use super::bounds::{clipped_sides, side_beyond, tighten};
@@ -153,6 +154,7 @@ fn describe(field: &dyn Field, made: Polygonization) -> Seed {
     let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = mesh
         .positions
         .par_iter()
+        .evenly(16)
         .map(|p| {
             let jet = field.jet(*p);
             let k = largest_curvature(&jet.curvature_tensor());

@@ -4,6 +4,7 @@ use super::base_mesh::BaseMesh;
 use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, angle_between};
 use crate::mesh::{FaceId, HalfEdgeId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Limits of [`validity`], each with the default that measurements on the surfaces of Tong & Kim 2009 suggest.
@@ -88,7 +89,7 @@ pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
     /// Corners that one task looks at.
     const TASK: usize = 64;
     let corners: Vec<HalfEdgeId> = base.mesh.half_edges().collect();
-    corners.into_par_iter().with_min_len(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
+    corners.into_par_iter().evenly(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
 }
 
 /// The violations at one corner.

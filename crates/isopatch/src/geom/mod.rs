@@ -5,6 +5,7 @@
 
 mod aabb;
 mod affine;
+mod angle;
 mod box_tree;
 mod interval;
 mod jet;
@@ -13,6 +14,8 @@ mod points;
 
 pub use aabb::Aabb;
 pub use affine::Affine;
+pub use angle::angle_between;
+pub(crate) use angle::{Widest, normal_jump};
 pub use box_tree::BoxTree;
 pub use interval::Interval;
 pub use jet::{Jet, Jets};
@@ -27,13 +30,6 @@ pub type Point3 = Vec3;
 pub type Vec4 = nalgebra::Vector4<f64>;
 /// A 3×3 matrix, such as a Hessian or a curvature tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;
-
-/// The angle between two nonzero vectors, in radians, in [0, π].
-///
-/// Accurate for tiny angles, where the arc cosine of the dot product would lose half of the digits.
-pub fn angle_between(a: &Vec3, b: &Vec3) -> f64 {
-    a.cross(b).norm().atan2(a.dot(b))
-}
 
 /// Are all coordinates finite? The loop has no end before the last vector, which makes it one over lanes.
 pub fn are_finite(vectors: &[Vec3]) -> bool {

@@ -1,6 +1,5 @@
 //! What a surface of A-patches is worth: every patch is sampled on a lattice, every seam from both sides.
 
-use super::seams::normal_jump;
 use super::{
     Extent, Inspection, Interpolation, Intersections, Seams, intersections::places, mesh_intersections,
     or_infinite, topology,
@@ -8,6 +7,7 @@ use super::{
 use crate::apatch::grid::{EdgeTable, FaceTable, GridOut};
 use crate::apatch::{APatchFunction, APatchSurface, Base, Over};
 use crate::bernstein::{index, triangle};
+use crate::geom::normal_jump;
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::hull::{Class, HermiteMesh, Side};
 use crate::mesh::{EdgeId, FaceId};

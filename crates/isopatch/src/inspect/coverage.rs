@@ -4,6 +4,7 @@ use super::closest::{ClosestPatch, Nearest};
 use super::zeros::zeros;
 use crate::field::Field;
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 
@@ -57,6 +58,7 @@ pub fn coverage(
     let tree = ClosestPatch::new(surface);
     let chunks: Vec<Vec<(Point3, Nearest)>> = points
         .par_chunks(CHUNK)
+        .evenly(1)
         .map(|chunk| chunk.iter().filter_map(|p| Some((*p, tree.nearest(p)?))).collect())
         .collect();
     let found = chunks.concat();

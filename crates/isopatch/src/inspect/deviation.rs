@@ -3,10 +3,10 @@
 use super::foot;
 use super::or_infinite;
 use super::samples::{PatchSamples, SampleSet};
-use super::seams::Widest;
 use crate::bernstein::triangle;
 use crate::field::Field;
-use crate::geom::Points;
+use crate::geom::{Points, Widest};
+use crate::parallel::Evenly;
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -83,6 +83,7 @@ pub(super) fn deviation_at(
     let patches: Vec<PatchId> = surface.patches().collect();
     let chunks: Vec<_> = patches
         .par_chunks(CHUNK)
+        .evenly(1)
         .map(|chunk| measure(field, &set.sample(surface, chunk), set.count(), diagonal))
         .collect();
     let mut squares = Squares::default();
@@ -105,6 +106,7 @@ pub fn deviation_of(
     let set = SampleSet::new(surface, &triangle::lattice(lattice.max(1)));
     let chunks: Vec<Vec<PatchDeviation>> = patches
         .par_chunks(CHUNK)
+        .evenly(1)
         .map(|chunk| measure(field, &set.sample(surface, chunk), set.count(), diagonal).0)
         .collect();
     chunks.concat()

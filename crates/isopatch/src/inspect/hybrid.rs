@@ -1,13 +1,13 @@
 //! What a surface of hybrid A-patches is worth: every patch is sampled on a lattice, every seam from both sides.
 
 use super::a_patches::{CHUNK, Figures, Grid, figures, seams};
-use super::seams::normal_jump;
 use super::{
     APatchInspectOptions, APatchInspection, Extent, Inspection, Interpolation, intersections::places,
     mesh_intersections, or_infinite, topology,
 };
 use crate::apatch::{Over, Shot};
 use crate::bernstein::{index, triangle};
+use crate::geom::normal_jump;
 use crate::geom::{Aabb, Vec3};
 use crate::hybrid::{HermitePolygons, HybridSurface};
 use crate::mesh::FaceId;

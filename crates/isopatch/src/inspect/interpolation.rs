@@ -2,9 +2,9 @@
 
 use super::or_infinite;
 use super::samples::net;
-use super::seams::normal_jump;
 use crate::base::{BaseMesh, EdgeFeature};
 use crate::bernstein::index;
+use crate::geom::normal_jump;
 use crate::geom::{Mat3, Vec3};
 use crate::mesh::{FaceId, VertexId};
 use crate::surface::{PatchId, Surface};

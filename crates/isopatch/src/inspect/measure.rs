@@ -4,6 +4,7 @@ use super::samples::SampleSet;
 use crate::geom::{Aabb, Point3};
 use crate::mesh::HalfEdgeMesh;
 use crate::numeric::quadrature::triangle_gauss;
+use crate::parallel::Evenly;
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 
@@ -63,8 +64,11 @@ pub fn extent(surface: &dyn Surface) -> Extent {
     let (parameters, weights): (Vec<_>, Vec<_>) = triangle_gauss(GAUSS_POINTS).into_iter().unzip();
     let set = SampleSet::new(surface, &parameters);
     let patches: Vec<PatchId> = surface.patches().collect();
-    let parts: Vec<_> =
-        patches.par_chunks(CHUNK).map(|c| integrate(surface, c, &set, &weights, bounds.center())).collect();
+    let parts: Vec<_> = patches
+        .par_chunks(CHUNK)
+        .evenly(1)
+        .map(|c| integrate(surface, c, &set, &weights, bounds.center()))
+        .collect();
     let (area, volume) = parts.into_iter().fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
     Extent { bounds, area, volume }
 }

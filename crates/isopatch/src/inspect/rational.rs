@@ -1,7 +1,6 @@
 //! What a surface of rational patches is worth.
 
 use super::deviation::deviation_at;
-use super::seams::normal_jump;
 use super::{
     InspectOptions, Inspection, Interpolation, Topology, coverage, extent, intersections, or_infinite, seams,
     topology,
@@ -9,6 +8,7 @@ use super::{
 use crate::bernstein::triangle;
 use crate::field::Field;
 use crate::geom::Aabb;
+use crate::geom::normal_jump;
 use crate::mesh::HalfEdgeMesh;
 use crate::rational::{Frame, RationalSurface, is_folded_over};
 use crate::surface::{PatchId, Surface};

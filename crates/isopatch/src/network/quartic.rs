@@ -24,6 +24,7 @@ use crate::base::BaseMesh;
 use crate::bernstein::curve::basis;
 use crate::geom::{Point3, Points};
 use crate::mesh::EdgeId;
+use crate::parallel::Evenly;
 use crate::surface::Target;
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -187,7 +188,7 @@ pub fn fit_edges(
     options: &CurveOptions,
 ) -> Result<Vec<QuarticCurve>, CurveError> {
     let batches: Result<Vec<_>, _> =
-        edges.par_chunks(BATCH).map(|batch| fit_batch(base, target, options, batch)).collect();
+        edges.par_chunks(BATCH).evenly(1).map(|batch| fit_batch(base, target, options, batch)).collect();
     Ok(batches?.concat())
 }
 
@@ -200,7 +201,7 @@ pub fn interpolate_edges(
 ) -> Vec<Result<QuarticCurve, CurveError>> {
     edges
         .par_iter()
-        .with_min_len(BATCH)
+        .evenly(BATCH)
         .map(|edge| {
             let ends = Ends::of(base, *edge, options)?;
             let fit = ends.fit(ends.hermite_points(&TABLE.quintic), options);

@@ -13,6 +13,7 @@ use crate::geom::Point3;
 use crate::inspect::{PatchDeviation, deviation_of};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
 use crate::network::{CurveError, CurveOptions, QuarticCurve, fit_edges};
+use crate::parallel::Evenly;
 use crate::spline::edge::EdgeSolution;
 use crate::spline::{self, SplineError, SplineOptions, TriangularSpline};
 use crate::surface::PatchId;
@@ -120,7 +121,7 @@ impl Workshop<'_> {
         measured.iter().enumerate().for_each(|(i, m)| in_measured[part.faces[*m]] = i);
         let (nets, patches) = (0..fresh.len())
             .into_par_iter()
-            .with_min_len(COPIES)
+            .evenly(COPIES)
             .map(|f| match old[f] {
                 Some(o) if !fresh[f] => (former.surface.nets[o], former.patches[o]),
                 _ => (part_surface.nets[in_part[f]], part_patches[in_measured[f]]),
@@ -128,7 +129,7 @@ impl Workshop<'_> {
             .unzip();
         let curves: Vec<QuarticCurve> = (0..base.mesh.edge_count())
             .into_par_iter()
-            .with_min_len(COPIES)
+            .evenly(COPIES)
             .map(|e| {
                 let h = base.mesh.edge_half_edge(e.into());
                 let (f, side) = (base.mesh.face(h).index(), base.mesh.side(h));

@@ -17,6 +17,7 @@ use crate::geom::{Aabb, Point3};
 use crate::inspect::{Coverage, NORMAL_ERROR_LIMIT, PatchDeviation};
 use crate::io::read::PolygonMesh;
 use crate::network::{CurveError, CurveOptions, QuarticCurve};
+use crate::parallel::awake;
 use crate::report::{Seconds, SplineReport};
 use crate::spline::{SplineError, SplineOptions, TriangularSpline};
 
@@ -150,6 +151,15 @@ const QUICK_FROM: usize = 1_500;
 /// The base mesh is remade while patches fold, curves fail or the tolerance is missed, up to `recipe.rounds` times; the
 /// best surface is kept. If a wanted number of faces is too small, the error names one that works.
 pub fn fit(formula: &Formula, recipe: &SplineRecipe, progress: &dyn Fn(&str)) -> Result<Fitted, RecipeError> {
+    awake(|| attempts(formula, recipe, progress))
+}
+
+/// The first attempt, or what others give where it fails or misses the tolerance.
+fn attempts(
+    formula: &Formula,
+    recipe: &SplineRecipe,
+    progress: &dyn Fn(&str),
+) -> Result<Fitted, RecipeError> {
     let error = match attempt(formula, recipe, None, progress) {
         Err(error) => error,
         Ok(fitted) if fitted.reached || recipe.given.is_some() => return Ok(fitted),

@@ -18,6 +18,7 @@ use crate::base::BaseMesh;
 use crate::bernstein::{energy, index};
 use crate::geom::{Point3, Vec3};
 use crate::network::QuarticCurve;
+use crate::parallel::Evenly;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -48,7 +49,7 @@ impl Filler {
     }
 
     fn fill(&self, nets: &mut [Net]) {
-        nets.par_iter_mut().with_min_len(BATCH).for_each(|net| {
+        nets.par_iter_mut().evenly(BATCH).for_each(|net| {
             let origin = net[0];
             // All free points grow side by side: one sum after the other would wait for each addition.
             let mut sums = [Vec3::zeros(); NET];

@@ -4,6 +4,7 @@ use super::build::SampledFrom;
 use super::surface::{DEGREE, NET};
 use crate::bernstein::{energy, index, triangle};
 use crate::geom::{Point3, Points, Vec3};
+use crate::parallel::Evenly;
 use crate::surface::Target;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
@@ -124,32 +125,34 @@ pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target, from: SampledFrom) ->
     };
     // Filled in place: gathered from batches, they would for a moment be there twice.
     let mut footprints = vec![[Point3::zeros(); FIT_SAMPLES]; nets.len()];
-    nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).for_each(|(nets, footprints)| {
-        let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
-        let boundaries: Vec<[Vec3; BOUNDARY]> =
-            nets.iter().map(|net| std::array::from_fn(|i| net[tables.boundary[i]] - net[0])).collect();
-        let mut points: Points = boundaries
-            .iter()
-            .zip(&origins)
-            .flat_map(|(b, o)| sampled.each_ref().map(|row| o + combine(row, b)))
-            .collect();
-        target.project(&mut points);
-        for (f, (net, feet)) in nets.iter_mut().zip(footprints).enumerate() {
-            *feet = std::array::from_fn(|s| points.get(f * FIT_SAMPLES + s) - origins[f]);
-            let rest: Footprints =
-                std::array::from_fn(|s| feet[s] - combine(&tables.boundary_samples[s], &boundaries[f]));
-            for (row, i) in tables.interior_fit.iter().zip(tables.interior) {
-                net[i] = origins[f] + combine(row, &rest);
+    nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).evenly(1).for_each(
+        |(nets, footprints)| {
+            let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
+            let boundaries: Vec<[Vec3; BOUNDARY]> =
+                nets.iter().map(|net| std::array::from_fn(|i| net[tables.boundary[i]] - net[0])).collect();
+            let mut points: Points = boundaries
+                .iter()
+                .zip(&origins)
+                .flat_map(|(b, o)| sampled.each_ref().map(|row| o + combine(row, b)))
+                .collect();
+            target.project(&mut points);
+            for (f, (net, feet)) in nets.iter_mut().zip(footprints).enumerate() {
+                *feet = std::array::from_fn(|s| points.get(f * FIT_SAMPLES + s) - origins[f]);
+                let rest: Footprints =
+                    std::array::from_fn(|s| feet[s] - combine(&tables.boundary_samples[s], &boundaries[f]));
+                for (row, i) in tables.interior_fit.iter().zip(tables.interior) {
+                    net[i] = origins[f] + combine(row, &rest);
+                }
             }
-        }
-    });
+        },
+    );
     footprints
 }
 
 /// Refits the three free points of every net to its projected samples, the other points staying as they are.
 pub fn refit_free_points(nets: &mut [Net], footprints: &[Footprints]) {
     let tables = &**TABLES;
-    nets.par_iter_mut().zip(footprints).with_min_len(BATCH).for_each(|(net, feet)| {
+    nets.par_iter_mut().zip(footprints).evenly(BATCH).for_each(|(net, feet)| {
         let origin = net[0];
         let offsets = net.map(|p| p - origin);
         let rest: Footprints = std::array::from_fn(|s| feet[s] - combine(&tables.bound_samples[s], &offsets));
@@ -174,7 +177,7 @@ pub(super) fn move_with_free_points(
     tangential_weight: f64,
     move_points: impl Fn(usize, &mut Net) + Sync,
 ) {
-    nets.par_chunks_mut(BATCH).enumerate().for_each(|(batch, nets)| {
+    nets.par_chunks_mut(BATCH).enumerate().evenly(1).for_each(|(batch, nets)| {
         let n = nets.len() * NORMAL_SAMPLES;
         let (mut points, mut normals, mut offsets) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
         for (f, net) in nets.iter().enumerate() {
