@@ -10,8 +10,13 @@ const PARTS_PER_THREAD: usize = 8;
 
 /// What loops with an index can do besides rayon's methods.
 pub trait Evenly: IndexedParallelIterator {
-    /// The loop in parts of `least` turns or more, several for each thread. So many turns should take some microseconds.
-    fn evenly(self, least: usize) -> MaxLen<MinLen<Self>> {
+    /// The loop in several parts for each thread.
+    fn evenly(self) -> MaxLen<MinLen<Self>> {
+        self.evenly_by(1)
+    }
+
+    /// The same, but with `least` turns or more in a part, which should take some microseconds.
+    fn evenly_by(self, least: usize) -> MaxLen<MinLen<Self>> {
         let most = self.len() / (PARTS_PER_THREAD * rayon::current_num_threads());
         self.with_min_len(least).with_max_len(most.max(least))
     }
@@ -58,4 +63,61 @@ fn stay_awake(is_over: Arc<AtomicBool>) {
             stay_awake(is_over);
         }
     });
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    fn pool(threads: usize) -> rayon::ThreadPool {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+    }
+
+    #[test]
+    fn parts_are_many_but_not_too_small() {
+        let parts = |turns: usize, least: usize, threads: usize| -> Vec<usize> {
+            let parts = || (0..turns).into_par_iter().evenly_by(least).fold(|| 0, |n, _| n + 1).collect();
+            pool(threads).install(parts)
+        };
+        for threads in [1, 2, 5] {
+            let many = parts(100_000, 10, threads);
+            assert!(many.len() >= PARTS_PER_THREAD * threads, "{threads} {}", many.len());
+            assert_eq!(many.iter().sum::<usize>(), 100_000);
+            assert!(parts(100, 20, threads).iter().all(|part| *part >= 20));
+            assert_eq!(parts(0, 1, threads).iter().sum::<usize>(), 0);
+        }
+    }
+
+    #[test]
+    fn work_with_threads_awake_ends_with_its_result_inside_each_other_and_after_a_panic() {
+        let sum = |n: u64| (0..n).into_par_iter().map(|i| i % 7).sum::<u64>();
+        let nested = || -> u64 {
+            let one = |i: u64| awake(|| sum(1_000 + i));
+            awake(|| (0..40).into_par_iter().map(one).sum::<u64>())
+        };
+        let expected: u64 = (0..40).map(|i| (0..1_000 + i).map(|i| i % 7).sum::<u64>()).sum();
+        for threads in [1, 2, 3, MANY] {
+            let pool = pool(threads);
+            assert_eq!(pool.install(nested), expected);
+            let failed = || std::panic::catch_unwind(|| awake(|| -> u64 { panic!("as it is meant to") }));
+            assert!(pool.install(failed).is_err());
+            assert_eq!(pool.install(nested), expected);
+        }
+    }
+
+    #[test]
+    fn threads_are_left_alone_when_the_work_is_over() {
+        let pool = pool(2);
+        let watched = pool.install(|| {
+            let watch = Watch(Arc::default());
+            (0..2).for_each(|_| stay_awake(watch.0.clone()));
+            Arc::downgrade(&watch.0)
+        });
+        // Jobs that come back hold on to it.
+        while watched.strong_count() > 0 {
+            std::thread::yield_now();
+        }
+    }
 }

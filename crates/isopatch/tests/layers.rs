@@ -10,8 +10,9 @@ use std::path::Path;
 
 /// Every module of the crate with the modules right below it. Those that are planned have their place as well.
 const BELOW: &[(&str, &[&str])] = &[
+    ("parallel", &[]),
     ("geom", &[]),
-    ("numeric", &["geom"]),
+    ("numeric", &["geom", "parallel"]),
     ("bernstein", &["numeric"]),
     ("field", &["bernstein"]),
     ("expand", &["field"]),

@@ -6,6 +6,7 @@ use super::free::{self, Free, FreeRule};
 use super::quadric::{CellQuadric, Layer2Rule};
 use crate::hull::{Class, Hull, Reason, Side};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Options of [`build`].
@@ -96,10 +97,12 @@ fn assemble(hull: Hull, options: &APatchOptions) -> APatchFunction {
     let (mut faces, mut quadrics): (Vec<FaceFunction>, Vec<[Option<CellQuadric>; 2]>) = Default::default();
     (0..mesh.face_count())
         .into_par_iter()
+        .evenly()
         .map(|f| face_function(&hull, f.into(), options.layer2))
         .unzip_into_vecs(&mut faces, &mut quadrics);
     let edges: Vec<[Option<EdgeSide>; 2]> = (0..mesh.edge_count())
         .into_par_iter()
+        .evenly()
         .map(|e| Side::BOTH.map(|side| edge_side(&hull, &faces, e.into(), side)))
         .collect();
     let [outer, inner] = Side::BOTH.map(|side| {

@@ -6,6 +6,7 @@ use super::lanes::LANES;
 use crate::bernstein::{index, triangle};
 use crate::geom::{Points, Vec3};
 use crate::mesh::{EdgeId, FaceId};
+use crate::parallel::Evenly;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -295,8 +296,8 @@ pub(super) fn folded(function: &APatchFunction, among: &Patches, closely: bool) 
         (suspect && fine.on_edge(function, *e, room).folds).then_some(*e)
     };
     Patches {
-        faces: among.faces.par_iter().map_init(Room::default, face).flatten_iter().collect(),
-        edges: among.edges.par_iter().map_init(Room::default, edge).flatten_iter().collect(),
+        faces: among.faces.par_iter().evenly().map_init(Room::default, face).flatten_iter().collect(),
+        edges: among.edges.par_iter().evenly().map_init(Room::default, edge).flatten_iter().collect(),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::bernstein::tetrahedron::quadratic;
 use crate::geom::{Mat3, Point3, Vec3};
 use crate::hull::{Hull, Side};
 use crate::mesh::{FaceId, HalfEdgeId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Where default values come from.
@@ -51,12 +52,14 @@ pub(super) fn defaults(
     }
     let mut values: Vec<Option<f64>> = quadrics
         .par_iter()
+        .evenly()
         .enumerate()
         .map(|(f, q)| from_neighbours(hull, side, f.into(), q.as_ref()?))
         .collect();
     for _ in 0..SPREADING_ROUNDS {
         let spread: Vec<(usize, f64)> = (0..values.len())
             .into_par_iter()
+            .evenly()
             .filter(|f| values[*f].is_none() && quadrics[*f].is_some())
             .filter_map(|f| Some((f, mean_of_neighbours(hull, side, f.into(), quadrics, &values)?)))
             .collect();

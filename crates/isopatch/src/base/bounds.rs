@@ -117,7 +117,7 @@ fn subdivide(
         let before = cells.len() as f64;
         cells = cells
             .par_iter()
-            .evenly(1)
+            .evenly()
             .flat_map_iter(|cell| octants(cell).into_iter().filter(|c| may_vanish(field, c)))
             .collect();
         if cells.is_empty() {

@@ -68,7 +68,7 @@ impl Connectivity {
             let of_b = &leaving[start[b as usize] as usize..start[b as usize + 1] as usize];
             of_b.iter().find(|g| origin[next(**g) as usize] == a).copied().unwrap_or(NONE)
         };
-        let half_edges = (0..origin.len() as u32).into_par_iter().evenly(TASK);
+        let half_edges = (0..origin.len() as u32).into_par_iter().evenly_by(TASK);
         let twin: Vec<u32> = half_edges.map(twin_of).collect();
         let mut outgoing: Vec<u32> = (0..vertex_count)
             .map(|v| if start[v] < start[v + 1] { leaving[start[v] as usize] } else { NONE })

@@ -184,7 +184,7 @@ impl<'a> Cover<'a> {
                 break;
             }
             let checked: Vec<Checked> =
-                pending.par_iter().evenly(1).map(|leaf| cover.check_alone(leaf)).collect();
+                pending.par_iter().evenly().map(|leaf| cover.check_alone(leaf)).collect();
             let mut next = Vec::new();
             for checked in checked {
                 match checked {
@@ -261,7 +261,7 @@ impl<'a> Cover<'a> {
     /// Replaces leaves by their children; leaves that could not be certified stay so in their children.
     fn split(&mut self, is_split: &[bool]) {
         let (field, lattice) = (self.field, &self.lattice);
-        self.leaves = (self.leaves.par_iter().zip(is_split).evenly(TASK))
+        self.leaves = (self.leaves.par_iter().zip(is_split).evenly_by(TASK))
             .flat_map_iter(|(leaf, is_split)| match is_split {
                 true => leaf.open_children(field, lattice).collect(),
                 false => vec![*leaf],
@@ -311,11 +311,8 @@ impl<'a> Cover<'a> {
         loop {
             let around = self.balance();
             let mut nodes = self.nodes(&around);
-            let checked: Vec<Checked> = (0..self.leaves.len())
-                .into_par_iter()
-                .evenly(16)
-                .map(|i| self.check_leaf(i, &nodes))
-                .collect();
+            let checked: Vec<Checked> =
+                (0..self.leaves.len()).into_par_iter().evenly().map(|i| self.check_leaf(i, &nodes)).collect();
             let mut room = self.options.most_leaves.saturating_sub(checked.len());
             let mut is_changed = false;
             let mut leaves = Vec::with_capacity(self.leaves.len());
@@ -369,7 +366,7 @@ impl<'a> Cover<'a> {
         let corners: Vec<[u32; 8]> =
             self.leaves.iter().map(|leaf| CORNERS.map(|n| number(leaf.cell.node(local(n))))).collect();
         let corner_count = corners.iter().flatten().max().map_or(0, |n| n + 1);
-        let sets: Vec<NodeSet> = (self.leaves.par_iter().zip(around).evenly(TASK))
+        let sets: Vec<NodeSet> = (self.leaves.par_iter().zip(around).evenly_by(TASK))
             .map(|(leaf, around)| match around.beside_finer {
                 true => NodeSet::beside_finer(|n| {
                     numbers.get(&key(leaf.cell.node(local(n)))).is_some_and(|k| *k < corner_count)
@@ -398,7 +395,7 @@ impl<'a> Cover<'a> {
         /// Points of a task; the result does not depend on it.
         const CHUNK: usize = 128;
         let mut values = vec![0.0; places.len()];
-        let chunks = values.par_chunks_mut(CHUNK).zip(places.par_chunks(CHUNK)).evenly(1);
+        let chunks = values.par_chunks_mut(CHUNK).zip(places.par_chunks(CHUNK)).evenly();
         chunks.for_each_init(Points::default, |points, (values, places)| {
             points.clear();
             places.iter().for_each(|key| points.push(self.lattice.position(node_of(*key))));
@@ -411,7 +408,7 @@ impl<'a> Cover<'a> {
     pub(super) fn borders_are_certain(&self, nodes: &Nodes) -> bool {
         let cells = self.cells();
         let index = index(&cells);
-        (0..cells.len()).into_par_iter().evenly(TASK).all(|i| {
+        (0..cells.len()).into_par_iter().evenly_by(TASK).all(|i| {
             let values = nodes.local_values(i, &cells[i]);
             let set = nodes.sets[i];
             self.border_nodes(&cells, &index, i).iter().filter(|n| set.contains(*n)).all(|n| {

@@ -70,7 +70,7 @@ fn crossed(cover: &Cover<'_>, nodes: &Nodes, leaf: usize, found: &mut Vec<[usize
 ///
 /// `bounds` is the box that cuts the surface. Fails if f has no value at a node beside the inside.
 pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<TriangleMesh, BaseError> {
-    let leaves = (0..cover.leaves.len()).into_par_iter().evenly(TASK);
+    let leaves = (0..cover.leaves.len()).into_par_iter().evenly_by(TASK);
     let of_tasks = leaves.fold(Vec::new, |mut found, leaf| {
         crossed(cover, nodes, leaf, &mut found);
         found

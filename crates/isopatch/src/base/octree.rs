@@ -199,7 +199,7 @@ pub(super) fn surroundings(lattice: &Lattice, leaves: &[Cell], index: &KeyMap<u3
             })
         })
     };
-    let fine = leaves.par_iter().evenly(TASK).filter(|leaf| leaf.level > coarsest);
+    let fine = leaves.par_iter().evenly_by(TASK).filter(|leaf| leaf.level > coarsest);
     let touching: Vec<(usize, bool)> = fine.flat_map_iter(coarser_beside).collect();
     let mut found = vec![Surroundings::default(); leaves.len()];
     for (i, is_much) in touching {

@@ -68,7 +68,7 @@ fn project_within(
         .par_chunks_mut(CHUNK)
         .zip(y.par_chunks_mut(CHUNK))
         .zip(z.par_chunks_mut(CHUNK))
-        .evenly(1)
+        .evenly()
         .enumerate()
         .map(|(i, ((x, y), z))| project_chunk(field, PointsMut { x, y, z }, sides_of(i), diagonal, options))
         .collect();

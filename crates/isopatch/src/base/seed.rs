@@ -154,7 +154,7 @@ fn describe(field: &dyn Field, made: Polygonization) -> Seed {
     let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = mesh
         .positions
         .par_iter()
-        .evenly(16)
+        .evenly()
         .map(|p| {
             let jet = field.jet(*p);
             let k = largest_curvature(&jet.curvature_tensor());

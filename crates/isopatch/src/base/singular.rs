@@ -1,5 +1,6 @@
 //! Points of the surface where the gradient vanishes, looked for near given points.
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use crate::field::Field;
@@ -26,7 +27,7 @@ const ON_SURFACE: f64 = 1e-12;
 /// Gauss–Newton steps. A numerical search: it may miss singular points, but what it finds is one to rounding.
 pub fn find_singular(field: &dyn Field, points: &[Point3], reach: f64) -> Option<Point3> {
     let diagonal = Aabb::around(points).diagonal();
-    let jets: Vec<Jet> = points.par_iter().map(|p| field.jet(*p)).collect();
+    let jets: Vec<Jet> = points.par_iter().evenly().map(|p| field.jet(*p)).collect();
     let typical = median(jets.iter().map(|j| j.gradient.norm()).collect());
     let mut starts: Vec<(f64, usize)> = jets
         .iter()
@@ -36,7 +37,10 @@ pub fn find_singular(field: &dyn Field, points: &[Point3], reach: f64) -> Option
         .collect();
     starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     starts.truncate(STARTS);
-    starts.par_iter().find_map_first(|(_, i)| singular_near(field, points[*i], reach, typical, diagonal))
+    starts
+        .par_iter()
+        .evenly()
+        .find_map_first(|(_, i)| singular_near(field, points[*i], reach, typical, diagonal))
 }
 
 /// A singular point within a few times `reach` of `start`, if the search from there finds one. `typical` is the usual

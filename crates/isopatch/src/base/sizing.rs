@@ -63,7 +63,7 @@ pub(super) fn limit_gradation(mesh: &Connectivity, x: &[Point3], gradation: f64,
         (a, b, gradation * (x[a] - x[b]).norm())
     };
     let edges: Vec<u32> = mesh.edges().collect();
-    let steps: Vec<(usize, usize, f64)> = edges.into_par_iter().evenly(TASK).map(step).collect();
+    let steps: Vec<(usize, usize, f64)> = edges.into_par_iter().evenly_by(TASK).map(step).collect();
     for _ in 0..GRADATION_SWEEPS {
         let mut changed = false;
         for &(a, b, step) in &steps {
@@ -88,7 +88,7 @@ impl FaceAreas {
     pub(super) fn new(mesh: &Connectivity, x: &[Point3]) -> Self {
         let faces: Vec<[u32; 3]> = mesh.faces().collect();
         let area = |f: [u32; 3]| (f, 0.5 * area_vector(f.map(|v| x[v as usize])).norm());
-        Self(faces.into_par_iter().evenly(TASK).map(area).collect())
+        Self(faces.into_par_iter().evenly_by(TASK).map(area).collect())
     }
 
     /// Number of equilateral faces of these edge lengths that cover the mesh.
@@ -124,7 +124,7 @@ pub(super) fn sizes_from_errors(
         };
         edges.iter().enumerate().map(rate).collect::<Vec<f64>>()
     };
-    let rates: Vec<f64> = edges.par_chunks(TASK).evenly(1).flat_map_iter(rate_of).collect();
+    let rates: Vec<f64> = edges.par_chunks(TASK).evenly().flat_map_iter(rate_of).collect();
     let mut rate = vec![(0.0, 0.0); x.len()];
     for (e, [a, b]) in rates.into_iter().zip(&edges) {
         if e.is_finite() {
@@ -144,7 +144,7 @@ pub(super) fn sizes_from_errors(
     }
     (0..x.len())
         .into_par_iter()
-        .evenly(TASK)
+        .evenly_by(TASK)
         .map(|v| 0.5 * (rate[v] + smooth[v].0 / f64::max(smooth[v].1, 1.0)))
         .map(|e| e.max(f64::MIN_POSITIVE).powf(-1.0 / f64::from(ORDER)))
         .collect()
@@ -203,7 +203,7 @@ pub(super) fn blend_with_curvature(
     lengths
         .par_iter()
         .zip(curvature)
-        .evenly(TASK)
+        .evenly_by(TASK)
         .map(|(l, k)| l.powf(1.0 - share) * k.max(f64::MIN_POSITIVE).powf(-share))
         .collect()
 }

@@ -89,7 +89,7 @@ pub fn validity(base: &BaseMesh, limits: &ValidityLimits) -> Vec<Violation> {
     /// Corners that one task looks at.
     const TASK: usize = 64;
     let corners: Vec<HalfEdgeId> = base.mesh.half_edges().collect();
-    corners.into_par_iter().evenly(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
+    corners.into_par_iter().evenly_by(TASK).flat_map_iter(|h| violations_at(base, h, limits)).collect()
 }
 
 /// The violations at one corner.

@@ -17,6 +17,7 @@ use super::simplicial_hull::{AddedCrease, Corner, Hull, HullEdge, HullFace, fram
 use super::visibility::most_visible_direction;
 use crate::geom::Vec3;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -74,6 +75,7 @@ impl<'a> Builder<'a> {
         }
         let faces: Vec<HullFace> = (0..data.mesh().face_count())
             .into_par_iter()
+            .evenly()
             .map(|f| {
                 let frame = frame(&data, f.into());
                 placed(&frame, default_direction(&frame, options), options)
@@ -166,7 +168,7 @@ impl<'a> Builder<'a> {
         let made: Vec<HullEdge> = if edges.len() < FEW {
             edges.iter().map(make).collect()
         } else {
-            edges.par_iter().map(make).collect()
+            edges.par_iter().evenly().map(make).collect()
         };
         for (e, edge) in edges.iter().zip(made) {
             let faults = edge.cells.iter().flatten().filter_map(|cell| cell.fault(LEAST_REACH));

@@ -8,6 +8,7 @@ use crate::apatch::EdgeFunction;
 use crate::geom::{Point3, Vec3};
 use crate::hull::{CreaseCurve, Side};
 use crate::mesh::{EdgeId, FaceId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -30,6 +31,7 @@ impl HybridFunction {
     pub fn new(hull: HybridHull) -> Self {
         let (corners, faces) = (0..hull.faces.len())
             .into_par_iter()
+            .evenly()
             .map(|f| {
                 let frame = hull.data.frame(f.into());
                 let cells = FaceCells::new(&frame, &hull.faces[f]);
@@ -40,6 +42,7 @@ impl HybridFunction {
         let mut function = Self { hull, corners, faces, edges: Vec::new(), curves };
         function.edges = (0..function.hull.edges.len())
             .into_par_iter()
+            .evenly()
             .map(|e| Side::BOTH.map(|side| function.built_edge(e.into(), side)))
             .collect();
         function

@@ -7,6 +7,7 @@ use crate::apatch::{Base, side_of};
 use crate::bernstein::triangle;
 use crate::hull::Class;
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Intervals of the lattices of rays that are looked at, over a face or a sector of it, and along and across an edge.
@@ -41,7 +42,7 @@ fn broken_near(function: &HybridFunction, near: &[FaceId]) -> Vec<FaceId> {
         }
         found
     };
-    let mut faces: Vec<FaceId> = near.par_iter().flat_map_iter(over).collect();
+    let mut faces: Vec<FaceId> = near.par_iter().evenly().flat_map_iter(over).collect();
     faces.sort_unstable();
     faces.dedup();
     faces
@@ -49,7 +50,7 @@ fn broken_near(function: &HybridFunction, near: &[FaceId]) -> Vec<FaceId> {
 
 /// Edges with a ray over them that does not meet the surface once; in order.
 pub fn broken_edges(function: &HybridFunction) -> Vec<EdgeId> {
-    let edges = (0..function.hull().edges.len()).into_par_iter().map(EdgeId::from);
+    let edges = (0..function.hull().edges.len()).into_par_iter().evenly().map(EdgeId::from);
     edges.filter(|e| function.has_edge_patch(*e) && edge_breaks(function, *e)).collect()
 }
 

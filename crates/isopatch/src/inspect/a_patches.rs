@@ -11,6 +11,7 @@ use crate::geom::normal_jump;
 use crate::geom::{Aabb, Point3, Points, Vec3};
 use crate::hull::{Class, HermiteMesh, Side};
 use crate::mesh::{EdgeId, FaceId};
+use crate::parallel::Evenly;
 use crate::surface::{Continuity, PatchId, SeamSide, Surface};
 use crate::tessellate::{APatchResolution, small_triangles, tessellate_a_patches};
 use rayon::prelude::*;
@@ -67,6 +68,7 @@ pub fn inspect_a_patches(surface: &APatchSurface, options: &APatchInspectOptions
     // Sums of chunks of fixed size: the same whatever the number of threads.
     let chunks: Vec<Figures> = patches
         .par_chunks(CHUNK)
+        .evenly()
         .map_init(Grid::default, |grid, chunk| {
             chunk.iter().fold(Figures::NONE, |sum, patch| sum.and(lattice.measure(surface, *patch, grid)))
         })
@@ -307,6 +309,7 @@ pub(super) fn seams(surface: &dyn Surface, diagonal: f64, intervals: usize) -> S
     let measured: Vec<Option<(f64, f64)>> = surface
         .seams()
         .par_iter()
+        .evenly()
         .map(|seam| {
             let (first, second) = (seam.first, seam.second?);
             let (mut gap, mut jump) = (0.0, 0.0);

@@ -58,7 +58,7 @@ pub fn coverage(
     let tree = ClosestPatch::new(surface);
     let chunks: Vec<Vec<(Point3, Nearest)>> = points
         .par_chunks(CHUNK)
-        .evenly(1)
+        .evenly()
         .map(|chunk| chunk.iter().filter_map(|p| Some((*p, tree.nearest(p)?))).collect())
         .collect();
     let found = chunks.concat();

@@ -83,7 +83,7 @@ pub(super) fn deviation_at(
     let patches: Vec<PatchId> = surface.patches().collect();
     let chunks: Vec<_> = patches
         .par_chunks(CHUNK)
-        .evenly(1)
+        .evenly()
         .map(|chunk| measure(field, &set.sample(surface, chunk), set.count(), diagonal))
         .collect();
     let mut squares = Squares::default();
@@ -106,7 +106,7 @@ pub fn deviation_of(
     let set = SampleSet::new(surface, &triangle::lattice(lattice.max(1)));
     let chunks: Vec<Vec<PatchDeviation>> = patches
         .par_chunks(CHUNK)
-        .evenly(1)
+        .evenly()
         .map(|chunk| measure(field, &set.sample(surface, chunk), set.count(), diagonal).0)
         .collect();
     chunks.concat()

@@ -11,6 +11,7 @@ use crate::geom::normal_jump;
 use crate::geom::{Aabb, Vec3};
 use crate::hybrid::{HermitePolygons, HybridSurface};
 use crate::mesh::FaceId;
+use crate::parallel::Evenly;
 use crate::surface::{Domain, PatchId, Surface};
 use crate::tessellate::{small_triangles, tessellate_hybrid};
 use rayon::prelude::*;
@@ -25,7 +26,7 @@ pub fn inspect_hybrid(surface: &HybridSurface, options: &APatchInspectOptions) -
     let of_chunk = |chunk: &[PatchId]| {
         chunk.iter().fold(Figures::NONE, |sum, patch| sum.and(measured(surface, *patch, n)))
     };
-    let chunks: Vec<Figures> = patches.par_chunks(CHUNK).map(of_chunk).collect();
+    let chunks: Vec<Figures> = patches.par_chunks(CHUNK).evenly().map(of_chunk).collect();
     let all = chunks.into_iter().fold(Figures::NONE, Figures::and);
     let intersections = options.intersections.and_then(|resolution| {
         let mesh = tessellate_hybrid(surface, resolution).ok()?.mesh;

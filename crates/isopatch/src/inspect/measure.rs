@@ -66,7 +66,7 @@ pub fn extent(surface: &dyn Surface) -> Extent {
     let patches: Vec<PatchId> = surface.patches().collect();
     let parts: Vec<_> = patches
         .par_chunks(CHUNK)
-        .evenly(1)
+        .evenly()
         .map(|c| integrate(surface, c, &set, &weights, bounds.center()))
         .collect();
     let (area, volume) = parts.into_iter().fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));

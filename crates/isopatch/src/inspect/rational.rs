@@ -10,6 +10,7 @@ use crate::field::Field;
 use crate::geom::Aabb;
 use crate::geom::normal_jump;
 use crate::mesh::HalfEdgeMesh;
+use crate::parallel::Evenly;
 use crate::rational::{Frame, RationalSurface, is_folded_over};
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
@@ -71,7 +72,7 @@ pub fn inspect_rational(
     tips.dedup();
     RationalInspection {
         common,
-        folded: patches.into_par_iter().filter(folds).collect(),
+        folded: patches.into_par_iter().evenly().filter(folds).collect(),
         crossings,
         singular_vertices: tips.len(),
     }

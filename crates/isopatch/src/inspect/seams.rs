@@ -36,7 +36,7 @@ pub fn seams(surface: &dyn Surface, diagonal: f64, samples: usize) -> Seams {
     let measured: Vec<_> = surface
         .seams()
         .par_iter()
-        .evenly(16)
+        .evenly()
         .map(|seam| {
             let second = seam.second?;
             let (gap, jump) = measure(surface, seam.first, second, &tables)

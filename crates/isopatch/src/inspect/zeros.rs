@@ -45,7 +45,7 @@ pub fn zeros(field: &dyn Field, region: &Aabb, cell: f64) -> Vec<Point3> {
     let [nx, ny, nz] = grid.cells.map(|n| n.div_ceil(BRICK));
     let found: Vec<Vec<Point3>> = (0..nx * ny * nz)
         .into_par_iter()
-        .evenly(1)
+        .evenly()
         .map(|b| brick_zeros(field, &grid, [b % nx, b / nx % ny, b / (nx * ny)].map(|i| i * BRICK)))
         .collect();
     found.concat()

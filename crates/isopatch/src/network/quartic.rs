@@ -188,7 +188,7 @@ pub fn fit_edges(
     options: &CurveOptions,
 ) -> Result<Vec<QuarticCurve>, CurveError> {
     let batches: Result<Vec<_>, _> =
-        edges.par_chunks(BATCH).evenly(1).map(|batch| fit_batch(base, target, options, batch)).collect();
+        edges.par_chunks(BATCH).evenly().map(|batch| fit_batch(base, target, options, batch)).collect();
     Ok(batches?.concat())
 }
 
@@ -201,7 +201,7 @@ pub fn interpolate_edges(
 ) -> Vec<Result<QuarticCurve, CurveError>> {
     edges
         .par_iter()
-        .evenly(BATCH)
+        .evenly_by(BATCH)
         .map(|edge| {
             let ends = Ends::of(base, *edge, options)?;
             let fit = ends.fit(ends.hermite_points(&TABLE.quintic), options);

@@ -26,6 +26,7 @@ pub use nearest::Nearest;
 pub use ray::{Ray, RayHit};
 
 use crate::geom::{Aabb, BoxTree, Point3};
+use crate::parallel::Evenly;
 use crate::surface::{PatchId, Surface};
 use rayon::prelude::*;
 
@@ -68,6 +69,7 @@ impl<'a> SurfaceQuery<'a> {
         let splits = options.splits.min(MAX_SPLITS);
         let (parts, boxes): (Vec<Part>, Vec<Aabb>) = (0..surface.patch_count() as u32)
             .into_par_iter()
+            .evenly()
             .flat_map_iter(|patch| {
                 let patch = PatchId(patch);
                 let mut triangles = domain::halves(surface.domain(patch));
@@ -93,16 +95,16 @@ impl<'a> SurfaceQuery<'a> {
 
     /// [`nearest`](Self::nearest) of many points.
     pub fn nearest_of(&self, points: &[Point3]) -> Vec<Option<Nearest>> {
-        points.par_iter().map(|p| self.nearest(p)).collect()
+        points.par_iter().evenly().map(|p| self.nearest(p)).collect()
     }
 
     /// [`hits`](Self::hits) of many rays.
     pub fn hits_of(&self, rays: &[Ray]) -> Vec<Vec<RayHit>> {
-        rays.par_iter().map(|ray| self.hits(ray)).collect()
+        rays.par_iter().evenly().map(|ray| self.hits(ray)).collect()
     }
 
     /// [`is_inside`](Self::is_inside) of many points.
     pub fn are_inside(&self, points: &[Point3]) -> Vec<Option<bool>> {
-        points.par_iter().map(|p| self.is_inside(p)).collect()
+        points.par_iter().evenly().map(|p| self.is_inside(p)).collect()
     }
 }

@@ -7,6 +7,7 @@ use super::surface::RationalSurface;
 use crate::geom::{Point3, Vec3};
 use crate::network::wire::{Wire, WireEnd, across, end_tangent, is_orthogonal, reversed, wire};
 use crate::network::wire_fit::fitted;
+use crate::parallel::Evenly;
 use crate::surface::Target;
 use rayon::prelude::*;
 
@@ -60,9 +61,10 @@ pub(super) fn patches(frame: &Frame, options: &BuildOptions<'_>) -> Result<Patch
     let regular = regular_corners(frame, &wires, &uses);
     let flat: Vec<Vec3> = (0..frame.faces.len() as u32).map(|f| flat_normal(&frame.corners(f))).collect();
     let across: Vec<Across> =
-        frame.seams.par_iter().map(|seam| seam_across(frame, seam, &wires, &flat)).collect();
+        frame.seams.par_iter().evenly().map(|seam| seam_across(frame, seam, &wires, &flat)).collect();
     let patches: Vec<RationalPatch> = (0..frame.faces.len())
         .into_par_iter()
+        .evenly()
         .map(|f| {
             let wires = uses[f].map(|of| of.wire(frame, &wires));
             let mut patch = RationalPatch::over_wires(&wires);
@@ -155,7 +157,7 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
         let ends = normals.map(|n| wire_end(&n, &chord));
         (WireOf { start, wire: wire(p, ends) }, ends)
     };
-    let mut made: Vec<(WireOf, [WireEnd; 2])> = normals.into_par_iter().map(made).collect();
+    let mut made: Vec<(WireOf, [WireEnd; 2])> = normals.into_par_iter().evenly().map(made).collect();
     if let Some(target) = options.target {
         // Where more than two triangles meet, sheets cross: what is closer to one of them is farther from the others. A wire
         // without any tangent plane stays straight.
@@ -164,6 +166,7 @@ fn wires(frame: &Frame, options: &BuildOptions<'_>) -> Vec<WireOf> {
             sides[seam.wire as usize] += 1 + usize::from(seam.second.is_some());
         }
         made.par_iter_mut()
+            .evenly()
             .enumerate()
             .filter(|(w, (_, ends))| sides[*w] <= 2 && *ends != [WireEnd::Free; 2])
             .for_each(|(w, (of, ends))| {
@@ -200,7 +203,7 @@ fn regular_corners(frame: &Frame, wires: &[WireOf], uses: &[[EdgeUse; 3]]) -> Ve
         let before = end_tangent(&uses[f][(c + 2) % 3].wire(frame, wires), 1);
         frame.normals[f][c].is_some_and(|n| is_orthogonal(&n, &after) && is_orthogonal(&n, &before))
     };
-    (0..frame.faces.len()).into_par_iter().map(|f| [0, 1, 2].map(|c| is_regular(f, c))).collect()
+    (0..frame.faces.len()).into_par_iter().evenly().map(|f| [0, 1, 2].map(|c| is_regular(f, c))).collect()
 }
 
 pub(super) fn flat_normal([a, b, c]: &[Point3; 3]) -> Vec3 {

@@ -6,6 +6,7 @@ use super::patch::RationalPatch;
 use super::surface::RationalSurface;
 use crate::bernstein::triangle;
 use crate::geom::{Point3, Vec3};
+use crate::parallel::Evenly;
 use crate::surface::PatchId;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -100,7 +101,7 @@ pub fn folds(frame: &Frame, lattice: usize) -> Result<Folds, FrameError> {
         is_close.then(|| (f, middle_without_fold(patch, &normals)))
     };
     let found: Vec<(u32, Option<Vec3>)> =
-        (0..made.len() as u32).into_par_iter().filter_map(of_face).collect();
+        (0..made.len() as u32).into_par_iter().evenly().filter_map(of_face).collect();
     let mut folds = Folds::default();
     for (f, middle) in found {
         match middle {
@@ -183,7 +184,8 @@ pub fn relax_folds(
             let flat = flat_normal(&frame.corners(*f));
             is_folded(&made[*f as usize], &frame.normals[*f as usize], &flat, &lattice)
         };
-        let folded: Vec<u32> = (0..frame.faces.len() as u32).into_par_iter().filter(folded).collect();
+        let folded: Vec<u32> =
+            (0..frame.faces.len() as u32).into_par_iter().evenly().filter(folded).collect();
         if folded.is_empty() {
             break;
         }

@@ -4,6 +4,7 @@ use super::patch::{CENTER, RationalPatch};
 use super::weighted::{WeightedNet, weighted_net};
 use crate::bernstein::curve;
 use crate::geom::{Aabb, Point3, Points, Vec3};
+use crate::parallel::Evenly;
 use crate::surface::{Domain, PatchForm, PatchId, Sample, Seam, Surface, Target};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -40,7 +41,7 @@ impl RationalSurface {
             let (first, second, continuity) = frame.sides(seam);
             Seam { first, second, continuity }
         });
-        let nets = patches.par_iter().map(weighted_net).collect();
+        let nets = patches.par_iter().evenly().map(weighted_net).collect();
         Self { seams: seams.collect(), frame, wires, patches, nets }
     }
 
@@ -152,6 +153,7 @@ impl RationalSurface {
         target.project(&mut feet);
         let moved: Vec<RationalPatch> = (0..self.patches.len())
             .into_par_iter()
+            .evenly()
             .map(|i| {
                 let mut patch = self.patches[i].clone();
                 let shift = feet.get(i) - centers[i];
@@ -163,7 +165,7 @@ impl RationalSurface {
                 patch
             })
             .collect();
-        self.nets = moved.par_iter().map(weighted_net).collect();
+        self.nets = moved.par_iter().evenly().map(weighted_net).collect();
         self.patches = moved;
     }
 }

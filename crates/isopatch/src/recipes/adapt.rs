@@ -7,6 +7,7 @@ use super::algebraic::over_singular_mesh;
 use crate::bernstein::triangle;
 use crate::field::Formula;
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
 use crate::rational::{Built, FrameError, is_folded_over};
 use crate::singular::mesh::{SingularMesh, SplitLimits, Triangulated, split_edges};
 use crate::surface::{PatchId, Surface, Target};
@@ -122,7 +123,7 @@ fn measure(formula: &Formula, built: &Built, floor: f64) -> Vec<Measured> {
             folded: is_folded_over(&built.surface, patch, &lattice),
         }
     };
-    (0..built.surface.patch_count() as u32).into_par_iter().map(|p| of(PatchId(p))).collect()
+    (0..built.surface.patch_count() as u32).into_par_iter().evenly().map(|p| of(PatchId(p))).collect()
 }
 
 /// The edges of every patch that is not good enough: the worst patch first, and of each first that edge whose wire is highest over its chord.

@@ -209,7 +209,7 @@ impl Finisher<'_> {
     /// Collapses edges that do not touch each other, those between the smallest errors first, none over `limit`.
     fn collapse_apart(&mut self, errors: &[f64], limit: f64, refused: &HashSet<[u32; 2]>) -> Vec<Collapse> {
         let Some(mut batch) = self.draft.batch() else { return Vec::new() };
-        let mut candidates: Vec<(f64, u32)> = (batch.edges().into_par_iter().evenly(TASK))
+        let mut candidates: Vec<(f64, u32)> = (batch.edges().into_par_iter().evenly_by(TASK))
             .map(|h| (batch.faces_around(h).map(|f| errors[f]).fold(0.0, f64::max), h))
             .filter(|(worst, h)| {
                 *worst <= limit && !refused.contains(&batch.ends(*h)) && !batch.fails_again(*h)

@@ -24,6 +24,7 @@ use crate::mesh::{EdgeId, Place};
 use crate::network::wire::{self, WireEnd};
 use crate::network::wire_conic::{Conic, ConicNormals};
 use crate::network::wire_cubic::{Cubic, CubicNormals};
+use crate::parallel::Evenly;
 use crate::rational::{
     Frame, FrameError, RationalParts, RationalPatch, RationalSurface, conic, cubic, is_folded,
 };
@@ -146,6 +147,7 @@ pub fn over_frame(
     let uses = wires_of_edges(frame);
     let made: Vec<Made> = (0..frame.faces.len() as u32)
         .into_par_iter()
+        .evenly()
         .map(|f| patch(frame, &wires, uses[f as usize], f, target))
         .collect();
     let lattice = triangle::lattice(lattice.max(1));
@@ -240,7 +242,7 @@ fn wires(frame: &Frame, target: Option<&dyn Target>) -> Vec<Wire> {
         let p = ends.map(|v| frame.positions[v as usize]);
         Wire { start: ends[0], normals, curve: curve(p, normals, target) }
     };
-    found.into_par_iter().map(made).collect()
+    found.into_par_iter().evenly().map(made).collect()
 }
 
 /// The conic of least energy; the cubic where there is none with a normal function.

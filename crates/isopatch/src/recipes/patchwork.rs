@@ -121,7 +121,7 @@ impl Workshop<'_> {
         measured.iter().enumerate().for_each(|(i, m)| in_measured[part.faces[*m]] = i);
         let (nets, patches) = (0..fresh.len())
             .into_par_iter()
-            .evenly(COPIES)
+            .evenly_by(COPIES)
             .map(|f| match old[f] {
                 Some(o) if !fresh[f] => (former.surface.nets[o], former.patches[o]),
                 _ => (part_surface.nets[in_part[f]], part_patches[in_measured[f]]),
@@ -129,7 +129,7 @@ impl Workshop<'_> {
             .unzip();
         let curves: Vec<QuarticCurve> = (0..base.mesh.edge_count())
             .into_par_iter()
-            .evenly(COPIES)
+            .evenly_by(COPIES)
             .map(|e| {
                 let h = base.mesh.edge_half_edge(e.into());
                 let (f, side) = (base.mesh.face(h).index(), base.mesh.side(h));

@@ -3,6 +3,7 @@
 use super::Color;
 use super::color::PATCH_COLORS;
 use crate::geom::{Point3, Vec3, angle_between};
+use crate::parallel::Evenly;
 use crate::tessellate::Tessellation;
 use rayon::prelude::*;
 
@@ -32,6 +33,7 @@ impl Borders {
         };
         let mut sides: Vec<(u32, u32, u32, u8)> = (0..mesh.triangles.len())
             .into_par_iter()
+            .evenly()
             .flat_map_iter(|t| (0..3).map(move |k| side(t, k)))
             .collect();
         sides.par_sort_unstable();

@@ -1,6 +1,7 @@
 //! Gaussian and mean curvature of a tessellated surface, from its normals.
 
 use crate::geom::{Mat3, Point3, Vec3};
+use crate::parallel::Evenly;
 use crate::surface::PatchId;
 use crate::tessellate::Tessellation;
 use rayon::prelude::*;
@@ -26,6 +27,7 @@ pub fn curvature(mesh: &Tessellation, kind: Curvature) -> Vec<[f32; 3]> {
         patches.iter().scan(0, |start, patch| Some(std::mem::replace(start, *start + patch.len()))).collect();
     patches
         .par_iter()
+        .evenly()
         .zip(&starts)
         .flat_map_iter(|(patch, start)| of_patch(mesh, *start, patch.len(), kind))
         .collect()

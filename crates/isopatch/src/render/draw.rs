@@ -9,6 +9,7 @@ use super::skylight::{Light, skylight};
 use super::view::{Area, Camera, Pixel, Up, View};
 use super::{Color, Paint, Scene};
 use crate::geom::{Aabb, Vec3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// How a scene is drawn.
@@ -81,6 +82,7 @@ pub fn draw(scene: &Scene<'_>, options: &RenderOptions) -> Result<Image, RenderE
         (Bins::new(tiles, boxes), Bins::new(tiles, picture.veils.iter().map(|v| box_of(v.corners))));
     let drawn: Vec<Vec<Color>> = (0..tiles[0] * tiles[1])
         .into_par_iter()
+        .evenly()
         .map(|tile| {
             picture.tile(&shapes, tile_span(tile, tiles, options.size), bins.of(tile), veil_bins.of(tile))
         })
@@ -97,7 +99,7 @@ pub fn draw(scene: &Scene<'_>, options: &RenderOptions) -> Result<Image, RenderE
     if let Some(legend) = &scene.legend {
         legend::draw(legend, &mut canvas);
     }
-    let rgb = canvas.colors.par_iter().flat_map_iter(|c| c.to_srgb()).collect();
+    let rgb = canvas.colors.par_iter().evenly().flat_map_iter(|c| c.to_srgb()).collect();
     Ok(Image { width, height, rgb })
 }
 
@@ -147,8 +149,8 @@ impl<'a> Picture<'a> {
         let segments =
             scene.lines.iter().enumerate().flat_map(|(set, l)| l.segments.iter().map(move |s| (set, s)));
         Self {
-            corners: mesh.positions.par_iter().map(|p| camera.project(p)).collect(),
-            normals: mesh.normals.par_iter().map(|n| camera.direction(n)).collect(),
+            corners: mesh.positions.par_iter().evenly().map(|p| camera.project(p)).collect(),
+            normals: mesh.normals.par_iter().evenly().map(|n| camera.direction(n)).collect(),
             lights: skylight(mesh, &camera, &studio.key),
             strokes: segments.map(stroke).collect(),
             veils: veils(scene, &camera),

@@ -5,6 +5,7 @@
 
 use super::view::{Camera, DISTANCE};
 use crate::geom::Vec3;
+use crate::parallel::Evenly;
 use crate::tessellate::Tessellation;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -40,11 +41,11 @@ const CHUNK: usize = 1024;
 
 /// The light at every normal of a mesh. `key` is the unit direction to the main light, in the axes of the camera.
 pub(super) fn skylight(mesh: &Tessellation, camera: &Camera, key: &Vec3) -> Vec<Light> {
-    let positions: Vec<Vec3> = mesh.positions.par_iter().map(|p| camera.local(p)).collect();
-    let normals: Vec<Vec3> = mesh.normals.par_iter().map(|n| camera.direction(n)).collect();
+    let positions: Vec<Vec3> = mesh.positions.par_iter().evenly().map(|p| camera.local(p)).collect();
+    let normals: Vec<Vec3> = mesh.normals.par_iter().evenly().map(|n| camera.direction(n)).collect();
     let lights: Vec<Vec3> = sphere(SKY).chain(cone(key, KEY)).collect();
     let casters = Casters::new(&positions, &mesh.triangles);
-    let maps: Vec<Map> = lights.par_iter().map(|d| Map::new(*d, &casters)).collect();
+    let maps: Vec<Map> = lights.par_iter().evenly().map(|d| Map::new(*d, &casters)).collect();
     let mut vertex_of: Vec<u32> = (0..normals.len() as u32).collect();
     for (triangle, numbers) in mesh.triangles.iter().zip(&mesh.corner_normals) {
         triangle.iter().zip(numbers).for_each(|(v, n)| vertex_of[*n as usize] = *v);
@@ -54,7 +55,7 @@ pub(super) fn skylight(mesh: &Tessellation, camera: &Camera, key: &Vec3) -> Vec<
         .zip(&normals)
         .map(|(v, n)| (single(&positions.get(*v as usize).copied().unwrap_or_default()), single(n)))
         .collect();
-    points.par_chunks(CHUNK).flat_map_iter(|points| lit(&maps, points)).collect()
+    points.par_chunks(CHUNK).evenly().flat_map_iter(|points| lit(&maps, points)).collect()
 }
 
 /// Coordinates in single precision: a hundredth of a texel is far more than its rounding.

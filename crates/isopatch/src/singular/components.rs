@@ -9,6 +9,7 @@ use super::cell::Cell;
 use super::tolerance::TAU;
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, BoxTree, Interval, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// The connected parts of the zero set.
@@ -54,6 +55,7 @@ pub(super) fn components(f: &UnitPolynomial, singular: &[Point3]) -> Option<Comp
     for depth in 0..=DEEPEST {
         let parts: Vec<(Cell, bool)> = cells
             .into_par_iter()
+            .evenly()
             .filter(|cell| cell.net.range().contains(0.0))
             .map(|cell| {
                 let smooth = is_smooth(&cell);
@@ -75,9 +77,10 @@ pub(super) fn components(f: &UnitPolynomial, singular: &[Point3]) -> Option<Comp
             smooth,
             zero: None,
         }));
-        cells = open.par_iter().flat_map_iter(|(cell, _)| cell.split()).collect();
+        cells = open.par_iter().evenly().flat_map_iter(|(cell, _)| cell.split()).collect();
     }
-    let found: Vec<Option<Point3>> = leaves.par_iter().map(|leaf| zero(f, leaf, singular, &tree)).collect();
+    let found: Vec<Option<Point3>> =
+        leaves.par_iter().evenly().map(|leaf| zero(f, leaf, singular, &tree)).collect();
     leaves.iter_mut().zip(found).for_each(|(leaf, zero)| leaf.zero = zero);
     Some(Components { seeds: seeds(f, &leaves) })
 }
@@ -176,6 +179,7 @@ fn seeds(f: &UnitPolynomial, leaves: &[Leaf]) -> Vec<Point3> {
     let tree = BoxTree::new(&boxes);
     let links: Vec<Vec<usize>> = leaves
         .par_iter()
+        .evenly()
         .enumerate()
         .map(|(i, leaf)| {
             let mut near = Vec::new();

@@ -13,6 +13,7 @@ use super::uncovered::{is_singular_along, uncovered};
 use super::unit::UnitPolynomial;
 use crate::field::QuadraticPolynomial;
 use crate::geom::{Aabb, BoxTree, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// How deep the box is divided before what is left is looked at in clusters.
@@ -98,6 +99,7 @@ impl Search {
         let groups = clusters(cells);
         let located: Vec<Result<Option<Located>, SingularError>> = groups
             .par_iter()
+            .evenly()
             .map(|members| {
                 let bounds = hull(members.iter().map(|i| &cells[*i]));
                 let side = cells[members[0]].bounds.size().max();
@@ -147,7 +149,7 @@ pub(super) fn find(
         if long.is_empty() {
             break;
         }
-        let kept = long.into_par_iter().filter(|cell| cell.may_hold(stratum)).collect();
+        let kept = long.into_par_iter().evenly().filter(|cell| cell.may_hold(stratum)).collect();
         let rest = refine(kept, FINER, MOST_FINER, stratum)?;
         search.simple.extend(rest.found);
         long = search.sort(unit, &rest.cells, stratum)?;
@@ -171,7 +173,8 @@ pub(super) fn find(
     }
     let (mut set, alone) = graph(&algebraic, &places, arcs);
     let simple = separate(&search.simple);
-    let simple: Vec<SingularPoint> = simple.par_iter().filter_map(|b| algebraic.simple_point(b)).collect();
+    let simple: Vec<SingularPoint> =
+        simple.par_iter().evenly().filter_map(|b| algebraic.simple_point(b)).collect();
     let degenerate = alone.iter().filter_map(|i| algebraic.degenerate_point(places[*i].0, places[*i].1));
     set.points = distinct(simple.into_iter().chain(degenerate), SAME * unit.scale);
     set.points.sort_by(|a, b| lexicographic(&a.at, &b.at));
@@ -359,8 +362,11 @@ fn arcs(f: &UnitPolynomial, cells: &[Cell], places: &[(Point3, f64)]) -> Vec<Arc
         arcs.push(arc);
     }
     let repeats: Vec<bool> = (0..arcs.len()).map(|i| is_repeat(&arcs, i, &special)).collect();
-    let alone =
-        arcs.into_par_iter().zip(repeats).filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
+    let alone = arcs
+        .into_par_iter()
+        .evenly()
+        .zip(repeats)
+        .filter(|(arc, repeat)| !repeat && is_singular_along(f, arc));
     alone.map(|(arc, _)| arc).collect()
 }
 

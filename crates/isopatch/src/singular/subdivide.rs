@@ -5,6 +5,7 @@ use super::cell::{Cell, Critical, Stratum};
 use super::cluster::{clusters, hull};
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Most boxes of one size.
@@ -35,7 +36,7 @@ pub(super) fn refine(
             break;
         }
         let outcomes: Vec<(Vec<Cell>, Vec<Aabb>)> =
-            rest.cells.par_iter().map(|cell| parts(cell, stratum)).collect();
+            rest.cells.par_iter().evenly().map(|cell| parts(cell, stratum)).collect();
         rest.cells.clear();
         for (cells, found) in outcomes {
             rest.cells.extend(cells);

@@ -8,6 +8,7 @@ use super::subdivide::{MOST_CELLS, refine};
 use super::trace::{Arc, NEAR, STEP};
 use super::unit::UnitPolynomial;
 use crate::geom::{Aabb, BoxTree, Point3};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// A sample of a curve is this close to it, in unit coordinates, also where sheets touch.
@@ -71,7 +72,7 @@ pub(super) fn uncovered(
     for level in 0..=LEVELS {
         cells.retain(|cell| cell.bounds.overlaps(&f.bounds) && !explained.holds(cell));
         if cells.len() < MOST_EXACT {
-            cells = cells.into_par_iter().filter(|cell| may_be_singular(f, cell)).collect();
+            cells = cells.into_par_iter().evenly().filter(|cell| may_be_singular(f, cell)).collect();
         }
         if cells.is_empty() || cells.len() > MOST || level == LEVELS {
             break;
@@ -86,6 +87,7 @@ pub(super) fn uncovered(
     let groups = clusters(&cells);
     let found: Vec<Vec<Point3>> = groups
         .par_iter()
+        .evenly()
         .map(|members| {
             let stride = members.len().div_ceil(STARTS);
             let hull = hull(members.iter().map(|i| &cells[*i]));

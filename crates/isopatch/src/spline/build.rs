@@ -303,9 +303,9 @@ fn wanted_mu1(mesh: &HalfEdgeMesh, shape: &ShapeParameters) -> Vec<Option<f64>> 
 
 /// Nets whose boundary rows are the curves, elevated from degree 4 to 7 once for both sides; the rest is zero.
 pub(super) fn nets_with_boundary(mesh: &HalfEdgeMesh, curves: &[[Point3; 5]]) -> Vec<[Point3; NET]> {
-    let elevated: Vec<[Point3; DEGREE + 1]> = curves.par_iter().evenly(TASK).map(curve::elevate).collect();
+    let elevated: Vec<[Point3; DEGREE + 1]> = curves.par_iter().evenly_by(TASK).map(curve::elevate).collect();
     let faces: Vec<FaceId> = mesh.faces().collect();
-    (faces.into_par_iter().evenly(TASK))
+    (faces.into_par_iter().evenly_by(TASK))
         .map(|f| {
             let mut net = [Point3::zeros(); NET];
             for (side, h) in mesh.face_half_edges(f).enumerate() {
@@ -335,7 +335,7 @@ pub(super) fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWei
     };
     let vertices: Vec<VertexId> = base.mesh.vertices().collect();
     let found: Vec<(Dart, EndWeights)> =
-        vertices.into_par_iter().evenly(TASK).flat_map_iter(of_vertex).collect();
+        vertices.into_par_iter().evenly_by(TASK).flat_map_iter(of_vertex).collect();
     let mut weights = vec![EndWeights::default(); 2 * curves.len()];
     found.into_iter().for_each(|(dart, found)| weights[dart.index()] = found);
     weights
@@ -366,7 +366,7 @@ pub(super) fn solve_vertices(
     let wanted = &*nets;
     let solutions: Result<Vec<_>, SplineError> = vertices
         .par_iter()
-        .evenly(16)
+        .evenly()
         .map(|v| {
             let ring = Ring::of(mesh, *v);
             let o = base.positions[v.index()];
@@ -439,7 +439,7 @@ pub(super) fn solve_edges(
     let wanted = &*nets;
     let solutions: Result<Vec<_>, SplineError> = inner
         .par_iter()
-        .evenly(16)
+        .evenly()
         .map(|&(e, h, g)| {
             if let Some(rows) = rows_of(kept, e) {
                 return Ok(rows);

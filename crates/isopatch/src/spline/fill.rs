@@ -49,7 +49,7 @@ impl Filler {
     }
 
     fn fill(&self, nets: &mut [Net]) {
-        nets.par_iter_mut().evenly(BATCH).for_each(|net| {
+        nets.par_iter_mut().evenly_by(BATCH).for_each(|net| {
             let origin = net[0];
             // All free points grow side by side: one sum after the other would wait for each addition.
             let mut sums = [Vec3::zeros(); NET];

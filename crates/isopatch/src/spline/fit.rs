@@ -125,7 +125,7 @@ pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target, from: SampledFrom) ->
     };
     // Filled in place: gathered from batches, they would for a moment be there twice.
     let mut footprints = vec![[Point3::zeros(); FIT_SAMPLES]; nets.len()];
-    nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).evenly(1).for_each(
+    nets.par_chunks_mut(BATCH).zip(footprints.par_chunks_mut(BATCH)).evenly().for_each(
         |(nets, footprints)| {
             let origins: Vec<Point3> = nets.iter().map(|net| net[0]).collect();
             let boundaries: Vec<[Vec3; BOUNDARY]> =
@@ -152,7 +152,7 @@ pub fn fill_and_fit(nets: &mut [Net], target: &dyn Target, from: SampledFrom) ->
 /// Refits the three free points of every net to its projected samples, the other points staying as they are.
 pub fn refit_free_points(nets: &mut [Net], footprints: &[Footprints]) {
     let tables = &**TABLES;
-    nets.par_iter_mut().zip(footprints).evenly(BATCH).for_each(|(net, feet)| {
+    nets.par_iter_mut().zip(footprints).evenly_by(BATCH).for_each(|(net, feet)| {
         let origin = net[0];
         let offsets = net.map(|p| p - origin);
         let rest: Footprints = std::array::from_fn(|s| feet[s] - combine(&tables.bound_samples[s], &offsets));
@@ -177,7 +177,7 @@ pub(super) fn move_with_free_points(
     tangential_weight: f64,
     move_points: impl Fn(usize, &mut Net) + Sync,
 ) {
-    nets.par_chunks_mut(BATCH).enumerate().evenly(1).for_each(|(batch, nets)| {
+    nets.par_chunks_mut(BATCH).enumerate().evenly().for_each(|(batch, nets)| {
         let n = nets.len() * NORMAL_SAMPLES;
         let (mut points, mut normals, mut offsets) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
         for (f, net) in nets.iter().enumerate() {

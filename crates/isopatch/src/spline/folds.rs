@@ -21,7 +21,7 @@ pub fn normal_deviations(spline: &TriangularSpline, lattice: usize) -> Vec<f64> 
         .nets
         .par_iter()
         .enumerate()
-        .evenly(8)
+        .evenly()
         .map_init(room, |[points, du, dv], (f, net)| {
             let n = base.mesh.triangle(FaceId::from(f)).map(|v| base.normals[v.index()]);
             let offsets = net.map(|p| p - net[0]);

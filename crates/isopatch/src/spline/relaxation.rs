@@ -164,7 +164,7 @@ fn locals(nets: &[Net], sides: &Sides<'_>, target: &dyn Target, weight: f64) -> 
     // Filled in place: gathered from batches, they would for a moment be there twice.
     let mut locals: Vec<Option<Local>> = Vec::new();
     locals.resize_with(nets.len(), || None);
-    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH)).enumerate().evenly(1).for_each(
+    locals.par_chunks_mut(BATCH).zip(nets.par_chunks(BATCH)).enumerate().evenly().for_each(
         |(batch, (locals, nets))| {
             let found = locals_of_batch(nets, batch * BATCH, sides, target, weight);
             locals.iter_mut().zip(found).for_each(|(local, found)| *local = found);
@@ -307,9 +307,9 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
     }
     // Edges that stay have no residual, so that theirs does not matter.
     let block = |e: usize| InverseBlock::of(sides.mesh, e.into(), locals);
-    let blocks: Vec<InverseBlock> = (0..stays.len()).into_par_iter().evenly(BLOCKS).map(block).collect();
+    let blocks: Vec<InverseBlock> = (0..stays.len()).into_par_iter().evenly_by(BLOCKS).map(block).collect();
     let precondition = |r: &[Step]| -> Vec<Step> {
-        let all = r.par_iter().zip(&blocks).evenly(EDGES);
+        let all = r.par_iter().zip(&blocks).evenly_by(EDGES);
         all.map(|(r, block)| times(&block.lower, r)).collect()
     };
     // Sums of what patches have for each edge, in the order of its sides whatever the number of threads.
@@ -317,12 +317,12 @@ fn edge_steps(fixed: &[bool], sides: &Sides<'_>, locals: &[Option<Local>]) -> Ve
         let one = |(i, local): (usize, &Option<Local>)| {
             local.as_ref().map_or_else(SVector::zeros, |local| f(i, local))
         };
-        let parts: Vec<_> = locals.par_iter().enumerate().evenly(PRODUCTS).map(one).collect();
+        let parts: Vec<_> = locals.par_iter().enumerate().evenly_by(PRODUCTS).map(one).collect();
         let of_edge = |e: usize| {
             let of_side = |(f, k): (usize, usize)| parts[f].fixed_rows::<EDGE>(EDGE * k).into_owned();
             if stays[e] { Step::zeros() } else { sides_of(sides.mesh, e.into()).map(of_side).sum() }
         };
-        (0..stays.len()).into_par_iter().evenly(EDGES).map(of_edge).collect()
+        (0..stays.len()).into_par_iter().evenly_by(EDGES).map(of_edge).collect()
     };
     let product = |a: &[Step], b: &[Step]| -> f64 { a.iter().zip(b).map(|(a, b)| a.dot(b)).sum() };
 

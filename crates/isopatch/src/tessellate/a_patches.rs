@@ -7,6 +7,7 @@ use crate::apatch::{APatchSurface, CreasedFace};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Aabb, Point3, Points, Vec3, are_finite};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeId, HalfEdgeMesh};
+use crate::parallel::Evenly;
 use crate::surface::PatchId;
 use rayon::prelude::*;
 
@@ -252,7 +253,7 @@ impl<'a> APatchTriangles<'a> {
                 None => Ok(all().fold(Aabb::EMPTY, |bounds, p| bounds.including(&p))),
             }
         };
-        let parts = (0..self.point_parts()).into_par_iter().map_init(Default::default, of_part);
+        let parts = (0..self.point_parts()).into_par_iter().evenly().map_init(Default::default, of_part);
         // In order: of several errors the first one counts.
         let parts: Vec<Result<Aabb, TessellateError>> = parts.collect();
         parts.into_iter().try_fold(Aabb::EMPTY, |bounds, part| Ok(bounds.union(&part?)))
@@ -334,13 +335,16 @@ impl<'a> APatchTriangles<'a> {
         let (of_edges, of_faces) = positions[corners..].split_at_mut(lengths.clone().sum());
         let (normals_of_edges, normals_of_faces) = normals[corners..].split_at_mut(of_edges.len());
         let runs: Vec<_> = runs(of_edges, lengths.clone()).zip(runs(normals_of_edges, lengths)).collect();
-        runs.into_par_iter().enumerate().for_each_init(Room::default, |room, (e, (points, normals))| {
-            room.by_axis(points, normals, |points, normals| {
-                self.edge(e.into(), &mut GridOut { points, normals: Some(normals) });
-            });
-        });
+        runs.into_par_iter().evenly().enumerate().for_each_init(
+            Room::default,
+            |room, (e, (points, normals))| {
+                room.by_axis(points, normals, |points, normals| {
+                    self.edge(e.into(), &mut GridOut { points, normals: Some(normals) });
+                });
+            },
+        );
         let length = self.interior.len().max(1);
-        let runs = of_faces.par_chunks_mut(length).zip(normals_of_faces.par_chunks_mut(length));
+        let runs = of_faces.par_chunks_mut(length).zip(normals_of_faces.par_chunks_mut(length)).evenly();
         runs.enumerate().for_each_init(Room::default, |room, (f, (points, normals))| {
             room.by_axis(points, normals, |points, normals| {
                 self.face(f.into(), &mut GridOut { points, normals: Some(normals) });
@@ -394,9 +398,9 @@ impl<'a> APatchTriangles<'a> {
                 }
             });
         };
-        let parts = over_faces.par_chunks_mut(of_face).enumerate();
+        let parts = over_faces.par_chunks_mut(of_face).enumerate().evenly();
         parts.for_each_init(Vec::new, |numbers, (f, out)| fill(numbers, f, out));
-        let parts = over_edges.par_chunks_mut(of_edge.max(1)).enumerate();
+        let parts = over_edges.par_chunks_mut(of_edge.max(1)).enumerate().evenly();
         parts.for_each_init(Vec::new, |numbers, (e, out)| fill(numbers, faces + e, out));
         let (over_faces, over_edges) = patches.split_at_mut(faces * of_face);
         let parts = over_faces.chunks_mut(of_face).chain(over_edges.chunks_mut(of_edge.max(1)));

@@ -3,6 +3,7 @@
 use super::{APatchResolution, MAX_INTERVALS};
 use crate::bernstein::index;
 use crate::geom::Point3;
+use crate::parallel::Evenly;
 use crate::surface::{Domain, PatchId, Surface};
 use rayon::prelude::*;
 
@@ -65,7 +66,7 @@ impl Chords {
 /// is out of reach, the finest resolution is returned with its error. Points that are not defined are left out.
 pub fn resolution_for(surface: &dyn Surface, diagonal: f64, tolerance: f64) -> AdaptedResolution {
     let measured = |patches: &[PatchId], [n, m]: [usize; 2]| -> Vec<(PatchId, Chords)> {
-        patches.par_iter().map(|p| (*p, chords(surface, *p, n, m))).collect()
+        patches.par_iter().evenly().map(|p| (*p, chords(surface, *p, n, m))).collect()
     };
     let all: Vec<PatchId> = surface.patches().collect();
     let coarse = measured(&all, COARSE);

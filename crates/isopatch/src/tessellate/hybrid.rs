@@ -6,6 +6,7 @@ use crate::geom::{Point3, Points, Vec3};
 use crate::hybrid::grid::{PyramidTable, SectorTable, TriangleTable};
 use crate::hybrid::{Foot, HybridFunction, HybridSurface};
 use crate::mesh::{EdgeId, FaceId, HalfEdgeMesh};
+use crate::parallel::Evenly;
 use crate::surface::{Domain, PatchId};
 use rayon::prelude::*;
 
@@ -307,12 +308,14 @@ impl<'a> Numbering<'a> {
     fn samples(&self) -> Vec<(Point3, Vec3)> {
         let (tables, nan) = (Tables::new(self.n, self.m), Vec3::repeat(f64::NAN));
         let found = |shot: Option<Shot>| shot.map_or((nan, nan), |s| (s.point, s.gradient.normalize()));
-        let of_edges = (0..self.edge_start.len()).into_par_iter().flat_map_iter(|e| match self.patch[e] {
-            Some(_) => tables.edge(self.function(), e.into()),
-            None => (1..self.n).map(|i| found(self.on_straight(e.into(), i))).collect(),
-        });
+        let of_edges =
+            (0..self.edge_start.len()).into_par_iter().evenly().flat_map_iter(|e| match self.patch[e] {
+                Some(_) => tables.edge(self.function(), e.into()),
+                None => (1..self.n).map(|i| found(self.on_straight(e.into(), i))).collect(),
+            });
         let of_faces = (0..self.mesh().face_count())
             .into_par_iter()
+            .evenly()
             .flat_map_iter(|f| tables.face(self.function(), f.into()));
         of_edges.chain(of_faces).collect()
     }

@@ -1,4 +1,5 @@
 use crate::bernstein::index;
+use crate::parallel::Evenly;
 use crate::surface::{Domain, PatchId, Surface};
 use rayon::prelude::*;
 
@@ -159,8 +160,8 @@ impl SharedLattice {
     pub fn gather<T: Send>(&self, value: impl Fn(PatchId, usize) -> T + Sync) -> Vec<T> {
         let n = self.n;
         let corner = |&(patch, c): &(PatchId, u8)| value(patch, index::row(n, c as usize, 0, 0));
-        let mut values: Vec<T> = self.corner_owner.par_iter().map(corner).collect();
-        values.par_extend(self.seam_owner.par_iter().flat_map_iter(|&(patch, side, edge)| {
+        let mut values: Vec<T> = self.corner_owner.par_iter().evenly().map(corner).collect();
+        values.par_extend(self.seam_owner.par_iter().evenly().flat_map_iter(|&(patch, side, edge)| {
             let value = &value;
             (1..n).map(move |m| {
                 let along = if side.reversed { n - m } else { m };
@@ -169,7 +170,7 @@ impl SharedLattice {
         }));
         let inside: Vec<usize> =
             index::indices(n).filter(|ijk| !index::is_boundary(*ijk)).map(index::position).collect();
-        values.par_extend((0..self.corners.len() as u32).into_par_iter().flat_map_iter(|p| {
+        values.par_extend((0..self.corners.len() as u32).into_par_iter().evenly().flat_map_iter(|p| {
             let value = &value;
             inside.iter().map(move |position| value(PatchId(p), *position))
         }));

@@ -2,6 +2,7 @@ use super::places::{Places, Room};
 use super::{SharedLattice, SharingError, sharp_normals};
 use crate::bernstein::{index, triangle};
 use crate::geom::{Point3, Vec3};
+use crate::parallel::Evenly;
 use crate::surface::{PatchForm, PatchId, Surface};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -106,7 +107,7 @@ fn samples(surface: &dyn Surface, lattice: &SharedLattice, n: usize) -> (Vec<Poi
     let lengths = [1, n - 1, lattice.interior_count()];
     for (part, ((points, normals), length)) in parts.zip(lengths).enumerate() {
         // Nothing has the length 0 but parts without any entry.
-        let runs = points.par_chunks_mut(length.max(1)).zip(normals.par_chunks_mut(length.max(1)));
+        let runs = points.par_chunks_mut(length.max(1)).zip(normals.par_chunks_mut(length.max(1))).evenly();
         runs.enumerate().for_each_init(Room::default, |room, (i, (points, normals))| {
             let (patch, places) = match part {
                 0 => {
@@ -135,7 +136,7 @@ fn joined(
     let small: Vec<[usize; 3]> = small.iter().map(|t| t.map(index::position)).collect();
     let count = surface.patch_count() * small.len();
     let (mut triangles, mut patches) = (vec![[0; 3]; count], vec![PatchId(0); count]);
-    let runs = triangles.par_chunks_mut(small.len()).zip(patches.par_chunks_mut(small.len()));
+    let runs = triangles.par_chunks_mut(small.len()).zip(patches.par_chunks_mut(small.len())).evenly();
     let room = || vec![0; index::count(n)];
     runs.enumerate().for_each_init(room, |numbers, (p, (triangles, patches))| {
         let patch = PatchId(p as u32);

@@ -69,7 +69,7 @@ impl Draft {
     pub fn merge_short_edges(&mut self, faces: usize) {
         let share = faces as f64 / self.faces.len() as f64;
         self.pass(|blocks, _| {
-            blocks.par_iter_mut().evenly(1).for_each(|block| {
+            blocks.par_iter_mut().evenly().for_each(|block| {
                 let faces = share * block.mesh.face_count() as f64;
                 block.merge_short_edges(faces as usize);
             });
@@ -80,7 +80,7 @@ impl Draft {
     /// are left.
     pub fn collapse_cheapest(&mut self, faces: usize) {
         self.pass(|blocks, seams| {
-            blocks.par_iter_mut().evenly(1).for_each(|block| block.fill(usize::MAX));
+            blocks.par_iter_mut().evenly().for_each(|block| block.fill(usize::MAX));
             for _ in 0..LIMITS {
                 let count = seams + blocks.iter().map(|block| block.mesh.face_count()).sum::<usize>();
                 let collapses = count.saturating_sub(faces) / 2;
@@ -104,7 +104,7 @@ impl Draft {
             let first = (i * BLOCK) as u32;
             block.mesh.faces().map(|face| face.map(|v| first + v)).collect::<Vec<_>>()
         };
-        let inside: Vec<Vec<[u32; 3]>> = blocks.par_iter().enumerate().evenly(1).map(faces_of).collect();
+        let inside: Vec<Vec<[u32; 3]>> = blocks.par_iter().enumerate().evenly().map(faces_of).collect();
         self.faces = inside.into_iter().flatten().chain(seams).collect();
         self.passes += 1;
     }
@@ -125,7 +125,7 @@ impl Draft {
             number[place.vertex as usize] = new as u32;
         }
         self.vertices = places.par_iter().map(|place| self.vertices[place.vertex as usize].clone()).collect();
-        let faces = self.faces.par_iter_mut().evenly(TASK);
+        let faces = self.faces.par_iter_mut().evenly_by(TASK);
         faces.for_each(|face| *face = face.map(|v| number[v as usize]));
     }
 
@@ -178,14 +178,14 @@ fn cut(places: &mut [Place], parts: usize) {
 /// Makes at most so many collapses, the cheapest of all blocks; false if there are no candidates.
 fn collapse_some(blocks: &mut [Collapses<'_>], collapses: usize) -> bool {
     let sample = |block: &Collapses<'_>| block.costs().step_by(SAMPLED).collect();
-    let sampled: Vec<Vec<u64>> = blocks.par_iter().evenly(1).map(sample).collect();
+    let sampled: Vec<Vec<u64>> = blocks.par_iter().evenly().map(sample).collect();
     let mut costs: Vec<u64> = sampled.iter().flatten().copied().collect();
     let Some(last) = costs.len().checked_sub(1) else { return false };
     let limit = *costs.select_nth_unstable(last.min(collapses / SAMPLED)).1;
     // Of the candidates up to the limit most become dear, or are gone, when another one is collapsed.
     let up_to_limit = |costs: &Vec<u64>| costs.iter().filter(|cost| **cost <= limit).count();
     let all: usize = sampled.iter().map(up_to_limit).sum();
-    blocks.par_iter_mut().zip(&sampled).evenly(1).for_each(|(block, costs)| {
+    blocks.par_iter_mut().zip(&sampled).evenly().for_each(|(block, costs)| {
         let share = collapses * up_to_limit(costs) / all;
         let faces = block.mesh.face_count().saturating_sub(2 * share);
         block.run(faces, limit);

@@ -87,7 +87,7 @@ impl<'a> Collapses<'a> {
 
     /// Makes candidates of all edges; a task looks at `task` half edges.
     pub fn fill(&mut self, task: usize) {
-        let half_edges = (0..self.mesh.half_edge_bound()).into_par_iter().evenly(task);
+        let half_edges = (0..self.mesh.half_edge_bound()).into_par_iter().evenly_by(task);
         let edges = half_edges.filter(|h| self.mesh.is_edge(*h));
         let candidates: Vec<Reverse<Candidate>> = edges.filter_map(|h| self.candidate(h)).collect();
         self.heap = candidates.into();

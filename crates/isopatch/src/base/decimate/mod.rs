@@ -67,7 +67,7 @@ pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<T
     let Some(connectivity) = Connectivity::from_faces(vertices.len(), &left) else {
         return Ok(mesh.clone());
     };
-    vertices.par_iter_mut().evenly(TASK).for_each(|vertex| vertex.is_locked = false);
+    vertices.par_iter_mut().evenly_by(TASK).for_each(|vertex| vertex.is_locked = false);
     let mut connectivity = finish(connectivity, &mut vertices, faces)?;
     let kept = connectivity.compact();
     let of_kept = |v: &u32| &vertices[*v as usize];
@@ -131,14 +131,14 @@ fn vertices(mesh: &TriangleMesh, normals: &[Vec3], center: &Point3) -> Vec<Verte
         is_locked: false,
     };
     let given = mesh.positions.par_iter().zip(normals).enumerate();
-    let mut vertices: Vec<Vertex> = given.evenly(TASK).map(vertex).collect();
+    let mut vertices: Vec<Vertex> = given.evenly_by(TASK).map(vertex).collect();
     let of_face = |face: &[u32; 3]| {
         let [a, b, c] = face.map(|v| vertices[v as usize].position);
         let n = (b - a).cross(&(c - a));
         let area = n.norm();
         (area > 0.0).then(|| Quadric::plane(&((a + b + c) / 3.0), &(n / area), area, PULL))
     };
-    let of_faces: Vec<Option<Quadric>> = mesh.faces.par_iter().evenly(TASK).map(of_face).collect();
+    let of_faces: Vec<Option<Quadric>> = mesh.faces.par_iter().evenly_by(TASK).map(of_face).collect();
     for (face, quadric) in mesh.faces.iter().zip(&of_faces) {
         let Some(quadric) = quadric else { continue };
         for v in face {

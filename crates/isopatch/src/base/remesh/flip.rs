@@ -75,7 +75,7 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             let mut flips = 0;
             let edges: Vec<u32> = self.mesh.edges().collect();
-            let found = edges.into_par_iter().evenly(TASK).map(|h| (h, self.is_better_flipped(h)));
+            let found = edges.into_par_iter().evenly_by(TASK).map(|h| (h, self.is_better_flipped(h)));
             let found: Vec<(u32, bool)> = found.collect();
             // What was found in parallel holds until one of the faces at the edge changes.
             let mut is_stale = vec![false; self.mesh.half_edge_bound() as usize / 3];

@@ -197,7 +197,7 @@ impl Remesher<'_> {
             let tensor = finite(jet.curvature_tensor());
             (unit_or_zero(&jet.gradient), (tensor, largest_curvature(&tensor)))
         };
-        (self.normal, (self.tensor, self.curvature)) = self.x.par_iter().evenly(TASK).map(known).unzip();
+        (self.normal, (self.tensor, self.curvature)) = self.x.par_iter().evenly_by(TASK).map(known).unzip();
     }
 
     pub fn update_sizes(&mut self, faces: usize) {
@@ -215,7 +215,7 @@ impl Remesher<'_> {
             faces,
             &self.options.sizing,
         );
-        let pairs = self.tensor.par_iter().zip(&self.normal).evenly(TASK);
+        let pairs = self.tensor.par_iter().zip(&self.normal).evenly_by(TASK);
         self.metric = pairs.map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
     }
 
@@ -238,7 +238,7 @@ impl Remesher<'_> {
     /// Something of each face, computed in parallel.
     fn of_faces<T: Send>(&self, compute: impl Fn([u32; 3]) -> T + Sync) -> Vec<([u32; 3], T)> {
         let faces: Vec<[u32; 3]> = self.mesh.faces().collect();
-        faces.into_par_iter().evenly(TASK).map(|f| (f, compute(f))).collect()
+        faces.into_par_iter().evenly_by(TASK).map(|f| (f, compute(f))).collect()
     }
 
     /// Renumbers vertices after splits and removals.
@@ -286,7 +286,7 @@ impl Remesher<'_> {
     /// Edges whose relative length passes the test, with that length; in a fixed order, shortest first.
     fn edges_by_length(&self, wanted: impl Fn(f64) -> bool + Sync) -> Vec<(f64, u32)> {
         let all: Vec<u32> = self.mesh.edges().collect();
-        let lengths = all.into_par_iter().evenly(TASK).map(|h| (self.relative_length(h), h));
+        let lengths = all.into_par_iter().evenly_by(TASK).map(|h| (self.relative_length(h), h));
         let mut edges: Vec<(f64, u32)> = lengths.filter(|(length, _)| wanted(*length)).collect();
         edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges

@@ -12,6 +12,7 @@ use crate::geom::Vec3;
 use crate::hull::{Problem, Side};
 use crate::hybrid::{Element, HermitePolygons, HybridEdge, HybridFace, HybridHull, Quadric, star};
 use crate::mesh::{EdgeId, FaceId};
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// A hull, and what is known of it.
@@ -31,12 +32,12 @@ pub struct BuiltHull {
 pub fn build(mut data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     let count = data.mesh().face_count();
     let quadrics: Vec<Quadric> =
-        (0..count).into_par_iter().map(|f| fit::near_face(&data, f.into())).collect();
+        (0..count).into_par_iter().evenly().map(|f| fit::near_face(&data, f.into())).collect();
     if options.middles == Middles::Fitted {
         middles::refine(&mut data, &quadrics);
     }
     let mut faces: Vec<Placed> =
-        (0..count).into_par_iter().map(|f| placed(&data, f.into(), options)).collect();
+        (0..count).into_par_iter().evenly().map(|f| placed(&data, f.into(), options)).collect();
     if options.adaptive {
         settle(&Near { data: &data, quadrics: &quadrics }, &mut faces);
     }
@@ -44,6 +45,7 @@ pub fn build(mut data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
     let edges = data.mesh().edges().map(|e| edge(&data, &faces, e)).collect();
     let faces = (0..count)
         .into_par_iter()
+        .evenly()
         .map(|f| {
             let face = face(&faces[f], quadrics[f]);
             if options.middles == Middles::Mean || face.element != Some(Element::Sectors) {
@@ -64,7 +66,7 @@ pub fn build(mut data: HermitePolygons, options: &HybridOptions) -> BuiltHull {
         Sheets::Everywhere => _ = single_sheet::enforce(&mut hull, &all),
         Sheets::OffQuadrics => {
             let free = |f: &FaceId| !fit::is_quadric(&hull.data, *f, &quadrics[f.index()]);
-            let chosen: Vec<FaceId> = all.into_par_iter().filter(free).collect();
+            let chosen: Vec<FaceId> = all.into_par_iter().evenly().filter(free).collect();
             single_sheet::enforce(&mut hull, &chosen);
         }
         Sheets::Nowhere => {}

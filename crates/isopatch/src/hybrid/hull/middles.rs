@@ -8,6 +8,7 @@
 use crate::geom::{Mat3, Vec3};
 use crate::hybrid::{HermitePolygons, Quadric};
 use crate::mesh::{EdgeId, HalfEdgeId};
+use crate::parallel::Evenly;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -34,8 +35,11 @@ type Row = SVector<f64, UNKNOWNS>;
 
 /// Moves the middle gradients of all smooth edges; `quadrics` are near the faces.
 pub(super) fn refine(data: &mut HermitePolygons, quadrics: &[Quadric]) {
-    let moves: Vec<Option<Vec3>> =
-        (0..data.mesh().edge_count()).into_par_iter().map(|e| lacking(data, quadrics, e.into())).collect();
+    let moves: Vec<Option<Vec3>> = (0..data.mesh().edge_count())
+        .into_par_iter()
+        .evenly()
+        .map(|e| lacking(data, quadrics, e.into()))
+        .collect();
     for (e, by) in moves.into_iter().enumerate() {
         if let Some(by) = by {
             data.move_middle(e.into(), by);

@@ -12,6 +12,7 @@ use crate::hull::{Class, Side};
 use crate::hybrid::{HybridFace, HybridHull};
 use crate::mesh::FaceId;
 use crate::numeric::least_distance::least_distance;
+use crate::parallel::Evenly;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -34,7 +35,7 @@ pub enum Certainty {
 /// Moves the free parameters of some faces, as little as possible, so that the sufficient conditions hold there. Returns how much
 /// of that was possible, face by face.
 pub fn enforce(hull: &mut HybridHull, faces: &[FaceId]) -> Vec<Certainty> {
-    let found: Vec<(HybridFace, Certainty)> = faces.par_iter().map(|f| enforced(hull, *f)).collect();
+    let found: Vec<(HybridFace, Certainty)> = faces.par_iter().evenly().map(|f| enforced(hull, *f)).collect();
     let put = |(f, (face, certainty)): (&FaceId, (HybridFace, Certainty))| {
         hull.faces[f.index()] = face;
         certainty
@@ -49,7 +50,7 @@ pub fn certainties(hull: &HybridHull) -> Vec<Certainty> {
         let held = conditions.stages().into_iter().find(|(rows, _)| rows.iter().all(|row| row.value > 0.0));
         held.map_or(Certainty::None, |(_, certainty)| certainty)
     };
-    (0..hull.faces.len()).into_par_iter().map(judge).collect()
+    (0..hull.faces.len()).into_par_iter().evenly().map(judge).collect()
 }
 
 fn enforced(hull: &HybridHull, f: FaceId) -> (HybridFace, Certainty) {

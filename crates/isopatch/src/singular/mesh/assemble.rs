@@ -4,6 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use super::arcs::{Arc, Piece, PieceEnd};
@@ -72,6 +73,7 @@ pub(super) fn assemble(
     let gates = gates(solver, skeleton, partition, &leaves, &mut mesh);
     let faces_of: Vec<Vec<(Face, bool)>> = leaves
         .par_iter()
+        .evenly()
         .map(|cell| {
             let sides = (0..3).flat_map(|axis| [(axis, false), (axis, true)]);
             sides
@@ -81,7 +83,7 @@ pub(super) fn assemble(
         .collect();
     let faces: BTreeSet<Face> = faces_of.iter().flatten().map(|(face, _)| *face).collect();
     let faces: Vec<Face> = faces.into_iter().collect();
-    let sides: Vec<[Vec<Edge>; 4]> = faces.par_iter().map(|face| sides(tree, *face)).collect();
+    let sides: Vec<[Vec<Edge>; 4]> = faces.par_iter().evenly().map(|face| sides(tree, *face)).collect();
     let roots = roots(solver, tree, &sides, &mut mesh);
     let pierces = pierces(skeleton, partition, &leaves, &faces_of, &gates, &mut mesh);
     let unknown = leaves
@@ -92,6 +94,7 @@ pub(super) fn assemble(
         unknown.flat_map(|(_, faces)| faces.iter().map(|(face, _)| *face)).collect();
     let found: Vec<Links> = faces
         .par_iter()
+        .evenly()
         .zip(&sides)
         .map(|(face, sides)| {
             // In faces between graphs a closed curve is a bump, without which the topology is the same.
@@ -260,6 +263,7 @@ fn roots(
     let edges: Vec<Edge> = edges.into_iter().collect();
     let found: Vec<Vec<(f64, bool)>> = edges
         .par_iter()
+        .evenly()
         .map(|edge| {
             let start = tree.point(edge.at);
             let end = tree.coordinate(edge.axis, edge.at[edge.axis] + size(edge.level));

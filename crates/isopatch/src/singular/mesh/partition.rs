@@ -8,6 +8,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 use super::arcs::{Arc, Piece, PieceEnd, divide, joined_at_seams};
@@ -149,8 +150,11 @@ impl<'a> Partition<'a> {
     fn grow(&mut self, mut frontier: Vec<(Cell, Inside)>) {
         while !frontier.is_empty() {
             let is_full = self.is_full(frontier.len());
-            let verdicts: Vec<Verdict> =
-                frontier.par_iter().map(|(cell, inside)| self.verdict(*cell, inside, is_full)).collect();
+            let verdicts: Vec<Verdict> = frontier
+                .par_iter()
+                .evenly()
+                .map(|(cell, inside)| self.verdict(*cell, inside, is_full))
+                .collect();
             let mut next = Vec::new();
             for ((cell, inside), verdict) in frontier.into_iter().zip(verdicts) {
                 match verdict {
