@@ -3,19 +3,15 @@
 //! A change takes possession of the vertices of the faces that it touches: another one there has to wait for the next
 //! batch. So each can be taken back alone.
 
-use super::border::{Merge, collapse_bridges, flip_bridges, larger};
+use super::border::flip_bridges;
 use super::clip::BoxSides;
 use super::connectivity::Connectivity;
-use super::local::{Change, Draft, REMOVED, Vertex};
-use super::shape::{area_vector, largest_angle_cosine};
-use crate::geom::{Point3, Vec3};
+use super::local::{Change, Draft, REMOVED};
+use super::star::{Merged, RELAXATIONS, Star, is_narrower_flipped, middle};
+use crate::geom::Point3;
+use crate::parallel::Evenly;
+use rayon::prelude::*;
 
-/// Times that a new or merged vertex moves to the middle of the faces around it.
-const RELAXATIONS: usize = 3;
-/// Edges at a merged vertex that are flipped after each move.
-const FLIPS: usize = 3;
-/// Least gain in the cosine of the widest corner that is worth a flip; smaller ones may alternate for ever.
-const FLIP_GAIN: f64 = 0.02;
 /// Share of the way to the middle that a vertex goes beside a split: all of it, and neighbours would have to follow.
 const DAMPING: f64 = 0.5;
 /// What the length of an edge, as a share of the diagonal, counts beside its turn when a face is split: little, so that it
@@ -25,18 +21,9 @@ const LENGTH_SHARE: f64 = 0.1;
 /// Room for the vertices, or faces, around an edge; mostly enough.
 const REGION: usize = 24;
 
-/// What a collapse finds.
-struct Site {
-    /// The first one stays.
-    ends: [u32; 2],
-    /// That one as it is.
-    old: Vertex,
-    /// The vertices of the faces that are touched.
-    region: Vec<u32>,
-    /// The faces at the ends, and their corners.
-    touched: Vec<u32>,
-    corners: Vec<[u32; 3]>,
-}
+/// Collapses that are tried side by side, for each thread: few after one that could be made, as that rules out others; more and more
+/// where all fail.
+const TRIALS: [usize; 2] = [2, 32];
 
 /// Changes of a [`Draft`] that do not touch each other.
 pub struct Batch<'d, 'a> {
@@ -89,66 +76,64 @@ impl<'d, 'a> Batch<'d, 'a> {
         longer(longer(first, first + 1), first + 2)
     }
 
+    /// Collapses edges, each in its turn as by [`Batch::collapse`]; the changes with the positions of their edges in the list.
+    pub fn collapse_in_order(&mut self, edges: &[u32]) -> Vec<(usize, Change)> {
+        let threads = rayon::current_num_threads();
+        let [few, many] = if threads > 1 { TRIALS.map(|n| n * threads) } else { [1; 2] };
+        let (mut changes, mut size) = (Vec::new(), few);
+        let mut rest = 0..edges.len();
+        while !rest.is_empty() {
+            let free: Vec<usize> = rest.by_ref().filter(|i| self.is_free(edges[*i])).take(size).collect();
+            // What is near an edge stays as it is, or the edge is not free any more: so a trial is right also after others have been made.
+            let relaxed = |i: &usize| Star::relaxed(self.draft, &self.mesh, edges[*i]);
+            let trials: Vec<Option<Merged>> = match free.len() {
+                0 | 1 => free.iter().map(relaxed).collect(),
+                _ => free.par_iter().evenly().map(relaxed).collect(),
+            };
+            let before = changes.len();
+            for (i, merged) in free.into_iter().zip(trials) {
+                if self.is_free(edges[i]) {
+                    changes.extend(self.make(edges[i], merged).map(|change| (i, change)));
+                }
+            }
+            size = if changes.len() > before { few } else { many.min(2 * size) };
+        }
+        changes
+    }
+
     /// Merges the ends of an edge and relaxes the faces around; none, and no change, if a face would not be valid, or something
     /// near has changed.
     pub fn collapse(&mut self, h: u32) -> Option<Change> {
-        if !self.is_free(h) {
-            return None;
-        }
-        let change = self.site(h).and_then(|site| {
-            let undo = self.mesh.snapshot(&site.touched, &site.region);
-            let is_valid = self.merge(h, &site);
-            if !is_valid {
-                self.mesh.restore(&undo);
-                self.draft.vertices[site.ends[0] as usize] = site.old;
-            }
-            is_valid.then(|| self.keep(&site))
-        });
-        if change.is_none() {
+        self.collapse_in_order(&[h]).pop().map(|(_, change)| change)
+    }
+
+    /// Makes what a trial has found, or notes that it has failed.
+    fn make(&mut self, h: u32, merged: Option<Merged>) -> Option<Change> {
+        let Some(Merged { vertex, flipped }) = merged else {
             self.draft.failures.note(self.slots[h as usize / 3], h as usize % 3);
+            return None;
+        };
+        let ends = self.ends(h);
+        let region: Vec<u32> = ends.into_iter().flat_map(|v| self.mesh.neighbours(v)).chain(ends).collect();
+        let touched = self.faces_at(&ends);
+        let corners = self.mesh.corners_of(&touched);
+        let [a, _] = ends;
+        let old = std::mem::replace(&mut self.draft.vertices[a as usize], vertex);
+        self.mesh.collapse(h);
+        for end in flipped {
+            let spoke = self.mesh.ring(a).find(|e| self.mesh.dest(*e) == end);
+            spoke.into_iter().for_each(|e| self.mesh.flip(e));
         }
-        change
+        let slots = self.write(&touched, &corners);
+        region.iter().for_each(|v| self.claimed[*v as usize] = true);
+        self.draft.failures.change(region);
+        Some(Change { slots, vertex: (a, old) })
     }
 
     /// Could the edge not be collapsed when that was last tried, and has nothing near changed since?
     pub fn fails_again(&self, h: u32) -> bool {
         let region = self.ends(h).into_iter().flat_map(|v| self.mesh.neighbours(v).chain([v]));
         self.draft.failures.stands(self.slots[h as usize / 3], h as usize % 3, region)
-    }
-
-    /// Where an edge would be collapsed; none if that is not possible at all.
-    fn site(&self, h: u32) -> Option<Site> {
-        if !self.mesh.can_collapse(h) || collapse_bridges(&self.mesh, |v| self.sides(v), h) {
-            return None;
-        }
-        let ends = self.ends(h);
-        let mut region = Vec::with_capacity(REGION);
-        region.extend(ends.into_iter().flat_map(|v| self.mesh.neighbours(v)).chain(ends));
-        let touched = self.faces_at(&ends);
-        let corners = self.mesh.corners_of(&touched);
-        Some(Site { ends, old: self.draft.vertices[ends[0] as usize], region, touched, corners })
-    }
-
-    /// Merges the ends and relaxes; false if a face is not valid in the end. The mesh is changed in any case.
-    fn merge(&mut self, h: u32, site: &Site) -> bool {
-        let [a, b] = site.ends;
-        let [first, second] = [a, b].map(|v| self.draft.vertices[v as usize]);
-        let start = match Merge::of(first.sides, second.sides, self.mesh.is_boundary(h)) {
-            Some(Merge::Between) => 0.5 * (first.x + second.x),
-            Some(Merge::AtFirst) => first.x,
-            Some(Merge::AtSecond) => second.x,
-            None => return false,
-        };
-        self.mesh.collapse(h);
-        self.draft.place(a, start, larger([first.sides, second.sides])) && self.relax(a)
-    }
-
-    /// Takes possession of what a collapse has changed.
-    fn keep(&mut self, site: &Site) -> Change {
-        let slots = self.write(&site.touched, &site.corners);
-        site.region.iter().for_each(|v| self.claimed[*v as usize] = true);
-        self.draft.failures.change(site.region.iter().copied());
-        Change { slots, vertex: (site.ends[0], site.old) }
     }
 
     fn sides(&self, v: u32) -> BoxSides {
@@ -168,11 +153,8 @@ impl<'d, 'a> Batch<'d, 'a> {
         let [p, q] = [a, b].map(|v| self.draft.vertices[v as usize]);
         let sides = if self.mesh.is_boundary(h) { p.sides.common(q.sides) } else { BoxSides::NONE };
         let m = self.draft.vertices.len() as u32;
-        self.draft.vertices.push(Vertex { sides, ..p });
-        if !self.draft.place(m, 0.5 * (p.x + q.x), sides) {
-            self.draft.vertices.pop();
-            return false;
-        }
+        let Some(middle) = self.draft.placed(0.5 * (p.x + q.x), sides) else { return false };
+        self.draft.vertices.push(middle);
         let first_new = self.mesh.half_edge_bound() / 3;
         self.mesh.split(h);
         let new: Vec<u32> = (first_new..self.mesh.half_edge_bound() / 3).collect();
@@ -203,28 +185,8 @@ impl<'d, 'a> Batch<'d, 'a> {
         faces
     }
 
-    /// Moves and flips around a merged vertex; are the faces at it valid in the end?
-    fn relax(&mut self, v: u32) -> bool {
-        let sides = self.sides(v);
-        for done in 0..RELAXATIONS {
-            if done > 0 && self.mesh.ring(v).any(|h| self.draft.is_hopeless(self.mesh.corners(h))) {
-                return false;
-            }
-            if sides.is_empty()
-                && let Some(middle) = self.middle_of_ring(v)
-            {
-                self.draft.place(v, middle, sides);
-            }
-            for _ in 0..FLIPS {
-                let Some(h) = self.mesh.ring(v).find(|h| self.is_better_flipped(*h)) else { break };
-                self.mesh.flip(h);
-            }
-        }
-        self.ring_is_valid(v)
-    }
-
     fn ring_is_valid(&self, v: u32) -> bool {
-        self.mesh.ring(v).all(|h| self.draft.is_valid(self.mesh.corners(h)))
+        self.mesh.ring(v).all(|h| self.draft.is_valid(self.draft.corners(self.mesh.corners(h))))
     }
 
     /// Moves a vertex inside part of the way to the middle of its faces, unless valid faces become invalid.
@@ -232,38 +194,26 @@ impl<'d, 'a> Batch<'d, 'a> {
         let old = self.draft.vertices[v as usize];
         let Some(middle) = self.middle_of_ring(v).filter(|_| old.sides.is_empty()) else { return };
         let was_valid = self.ring_is_valid(v);
-        self.draft.place(v, old.x + DAMPING * (middle - old.x), old.sides);
+        let Some(moved) = self.draft.placed(old.x + DAMPING * (middle - old.x), old.sides) else { return };
+        self.draft.vertices[v as usize] = moved;
         if was_valid && !self.ring_is_valid(v) {
             self.draft.vertices[v as usize] = old;
         }
     }
 
-    /// Area-weighted centre of the faces at a vertex, in its tangent plane.
     fn middle_of_ring(&self, v: u32) -> Option<Point3> {
-        let (mut moment, mut total) = (Vec3::zeros(), 0.0);
-        for h in self.mesh.ring(v) {
-            let [p, q, r] = self.mesh.corners(h).map(|v| self.draft.point(v));
-            let area = area_vector([p, q, r]).norm();
-            moment += area * ((p + q + r) / 3.0 - p);
-            total += area;
-        }
-        let vertex = &self.draft.vertices[v as usize];
-        let pull = moment / total;
-        let tangential = pull - vertex.normal * vertex.normal.dot(&pull);
-        tangential.sum().is_finite().then_some(vertex.x + tangential)
+        let faces = self.mesh.ring(v).map(|h| self.mesh.corners(h).map(|v| self.draft.point(v)));
+        middle(&self.draft.vertices[v as usize], faces)
     }
 
     /// May the edge be flipped, and does that make the widest corner of its two faces narrower?
     fn is_better_flipped(&self, h: u32) -> bool {
         let Some([c, d]) = self.mesh.apexes(h) else { return false };
         let [a, b] = self.ends(h);
-        let widest = |f: [u32; 3]| largest_angle_cosine(f.map(|v| self.draft.point(v)));
-        let before = widest([a, b, c]).min(widest([b, a, d]));
-        let after = [[d, c, a], [c, d, b]];
-        after.into_iter().all(|f| widest(f) > before + FLIP_GAIN)
+        is_narrower_flipped([a, b, c, d].map(|v| self.draft.point(v)))
             && self.mesh.can_flip(h)
             && !flip_bridges(&self.mesh, |v| self.sides(v), h)
-            && after.into_iter().all(|f| self.draft.is_valid(f))
+            && [[d, c, a], [c, d, b]].into_iter().all(|f| self.draft.is_valid(self.draft.corners(f)))
     }
 
     /// Flips edges opposite to a new vertex, if both their faces are among `touched` or new.

@@ -23,14 +23,6 @@ pub(super) struct Connectivity {
     is_open: bool,
 }
 
-/// A part of a [`Connectivity`] as it was.
-#[derive(Clone, Debug)]
-pub(super) struct Snapshot {
-    half_edges: Vec<(u32, u32, u32)>,
-    vertices: Vec<(u32, u32)>,
-    face_count: usize,
-}
-
 fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
@@ -371,33 +363,6 @@ impl Connectivity {
     /// Corners of some faces.
     pub fn corners_of(&self, faces: &[u32]) -> Vec<[u32; 3]> {
         faces.iter().map(|f| self.corners(3 * f)).collect()
-    }
-
-    /// Everything about some faces, in ascending order, the half edges across their sides, and some vertices.
-    pub fn snapshot(&self, faces: &[u32], vertices: &[u32]) -> Snapshot {
-        let mut half_edges = Vec::with_capacity(6 * faces.len());
-        for h in faces.iter().flat_map(|f| 3 * f..3 * f + 3) {
-            let across = self.twin(h).filter(|g| faces.binary_search(&(g / 3)).is_err());
-            let both = [Some(h), across].into_iter().flatten();
-            half_edges.extend(both.map(|h| (h, self.origin[h as usize], self.twin[h as usize])));
-        }
-        Snapshot {
-            half_edges,
-            vertices: vertices.iter().map(|v| (*v, self.outgoing[*v as usize])).collect(),
-            face_count: self.face_count,
-        }
-    }
-
-    /// Undoes collapses and flips that changed nothing but what the snapshot has.
-    pub fn restore(&mut self, snapshot: &Snapshot) {
-        for (h, origin, twin) in &snapshot.half_edges {
-            self.origin[*h as usize] = *origin;
-            self.twin[*h as usize] = *twin;
-        }
-        for (v, outgoing) in &snapshot.vertices {
-            self.outgoing[*v as usize] = *outgoing;
-        }
-        self.face_count = snapshot.face_count;
     }
 
     /// Closes the holes in the numbering; returns the old number of every new vertex.

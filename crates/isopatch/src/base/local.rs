@@ -177,10 +177,14 @@ impl<'a> Draft<'a> {
         self.vertices[v as usize].x
     }
 
+    /// What is known of the corners of a face.
+    pub(super) fn corners(&self, face: [u32; 3]) -> [&Vertex; 3] {
+        face.map(|v| &self.vertices[v as usize])
+    }
+
     /// Is the face within the limits of [`super::validity`], valences aside?
-    pub(super) fn is_valid(&self, corners: [u32; 3]) -> bool {
+    pub(super) fn is_valid(&self, [a, b, c]: [&Vertex; 3]) -> bool {
         let limits = &self.limits;
-        let [a, b, c] = corners.map(|v| &self.vertices[v as usize]);
         let area = area_vector([a.x, b.x, c.x]);
         let least = limits.facet_deviation * area.norm();
         let bends = |m: &Mat3, d: Vec3| (m * d).norm_squared() >= limits.curvature_length.powi(2);
@@ -201,8 +205,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Does the face lean, or bend, so far beyond its limits that moving its corners will hardly make it valid?
-    pub(super) fn is_hopeless(&self, corners: [u32; 3]) -> bool {
-        let [a, b, c] = corners.map(|v| &self.vertices[v as usize]);
+    pub(super) fn is_hopeless(&self, [a, b, c]: [&Vertex; 3]) -> bool {
         let area = area_vector([a.x, b.x, c.x]);
         let least = self.hopeless.facet_deviation * area.norm();
         let bends = |m: &Mat3, d: Vec3| (m * d).norm_squared() > self.hopeless.curvature_length.powi(2);
@@ -211,18 +214,14 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// Puts a vertex on the surface, near `x` and in its sides of the box; false, and no change, if that fails.
-    pub(super) fn place(&mut self, v: u32, x: Point3, sides: BoxSides) -> bool {
+    /// A vertex on the surface, near `x` and in its sides of the box, if there is one.
+    pub(super) fn placed(&self, x: Point3, sides: BoxSides) -> Option<Vertex> {
         let projection = &self.options.remesh.projection;
-        let Some(x) = project_point(self.field, x, sides, self.diagonal, projection) else { return false };
+        let x = project_point(self.field, x, sides, self.diagonal, projection)?;
         let jet = self.field.jet(x);
         let vertex = Vertex { x, normal: unit_or_zero(&jet.gradient), tensor: jet.curvature_tensor(), sides };
         let in_box = self.bounds.is_none_or(|bounds| Clip { bounds, sides: Vec::new() }.holds(&x));
-        let good = in_box && vertex.tensor.sum().is_finite() && vertex.normal.norm() > 0.0;
-        if good {
-            self.vertices[v as usize] = vertex;
-        }
-        good
+        (in_box && vertex.tensor.sum().is_finite() && vertex.normal.norm() > 0.0).then_some(vertex)
     }
 }
 

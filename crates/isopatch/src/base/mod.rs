@@ -39,6 +39,7 @@ mod seed;
 mod shape;
 mod singular;
 mod sizing;
+mod star;
 mod target;
 mod tetrahedra;
 mod triangle_mesh;

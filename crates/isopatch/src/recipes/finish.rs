@@ -216,11 +216,10 @@ impl Finisher<'_> {
             })
             .collect();
         candidates.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let collapse = |(worst, h)| {
-            let ends = batch.ends(h);
-            batch.collapse(h).map(|change| Collapse { ends, change, worst })
-        };
-        candidates.into_iter().filter_map(collapse).collect()
+        let edges: Vec<u32> = candidates.iter().map(|(_, h)| *h).collect();
+        let ends: Vec<[u32; 2]> = edges.iter().map(|h| batch.ends(*h)).collect();
+        let made = batch.collapse_in_order(&edges).into_iter();
+        made.map(|(i, change)| Collapse { ends: ends[i], change, worst: candidates[i].0 }).collect()
     }
 
     /// Collapses edges while all patches will do, until `budget` patches have been built for it.
