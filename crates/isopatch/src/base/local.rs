@@ -319,6 +319,35 @@ mod tests {
     }
 
     #[test]
+    fn collapses_side_by_side_are_those_in_order_with_and_without_a_border() {
+        let open = field("x^2+y^2+0.1sin(3z)-0.4");
+        let options = BaseOptions { faces: Some(900), ..BaseOptions::default() };
+        let tube = build(&open, &cube(1.0), &options).unwrap().base;
+        let (closed, dodeca, _) = dodeca();
+        for (field, base) in [(&open, &tube), (&closed, &dodeca)] {
+            let collapsed = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut draft = Draft::new(field, base, &options);
+                    let mut batch = draft.batch().unwrap();
+                    let count = batch.collapse_in_order(&batch.edges()).len();
+                    (count, draft.base().unwrap())
+                })
+            };
+            let (count, one) = collapsed(1);
+            assert!(count > 10 && one.mesh.is_closed() == base.mesh.is_closed(), "{count}");
+            assert_eq!(one.mesh.euler_number(), base.mesh.euler_number());
+            // What the stars took for valid is valid in the mesh.
+            assert_eq!(validity(&one, &options.limits), []);
+            for threads in [2, 3] {
+                let (again, several) = collapsed(threads);
+                assert_eq!(again, count);
+                assert!(several.mesh == one.mesh && several.positions == one.positions, "{threads} threads");
+            }
+        }
+    }
+
+    #[test]
     fn what_failed_fails_again_until_something_changes_near_it() {
         let (field, base, options) = dodeca();
         let rounds = |trusted: bool| {

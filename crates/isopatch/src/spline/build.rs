@@ -334,10 +334,14 @@ pub(super) fn end_weights(base: &BaseMesh, curves: &[[Point3; 5]]) -> Vec<EndWei
         })
     };
     let vertices: Vec<VertexId> = base.mesh.vertices().collect();
-    let found: Vec<(Dart, EndWeights)> =
-        vertices.into_par_iter().evenly_by(TASK).flat_map_iter(of_vertex).collect();
+    let of_vertices = |vertices: &[VertexId]| {
+        let mut found = Vec::with_capacity(VALENCE * vertices.len());
+        found.extend(vertices.iter().flat_map(|v| of_vertex(*v)));
+        found
+    };
+    let found: Vec<Vec<(Dart, EndWeights)>> = vertices.par_chunks(TASK).evenly().map(of_vertices).collect();
     let mut weights = vec![EndWeights::default(); 2 * curves.len()];
-    found.into_iter().for_each(|(dart, found)| weights[dart.index()] = found);
+    found.into_iter().flatten().for_each(|(dart, found)| weights[dart.index()] = found);
     weights
 }
 
@@ -364,53 +368,66 @@ pub(super) fn solve_vertices(
     let mesh = &base.mesh;
     let vertices: Vec<VertexId> = mesh.vertices().collect();
     let wanted = &*nets;
-    let solutions: Result<Vec<_>, SplineError> = vertices
-        .par_iter()
-        .evenly()
-        .map(|v| {
-            let ring = Ring::of(mesh, *v);
-            let o = base.positions[v.index()];
-            let ring_curves: Vec<RingCurve> = ring
-                .darts
-                .iter()
-                .map(|dart| RingCurve { d: dart.point(curves, 1) - o, e: dart.point(curves, 2) - o })
-                .collect();
-            let ring_weights: Vec<EndWeights> = ring.darts.iter().map(|dart| weights[dart.index()]).collect();
-            // The left side of a dart is the right side of its reverse.
-            let far: Vec<f64> =
-                ring.darts.iter().map(|d| 1.0 - weights[d.reverse().index()].lambda).collect();
-            let twists: Vec<Vec3> = ring
-                .corners
-                .iter()
-                .map(|h| wanted[mesh.face(*h).index()][twist_position(mesh, *h)] - o)
-                .collect();
-            let system = VertexSystem {
-                normal: base.normals[v.index()],
-                curvature: base.curvatures[v.index()],
-                curves: &ring_curves,
-                weights: &ring_weights,
-                far_lambda: &far,
-                twists: &twists,
-            };
-            let mu1: Vec<Option<f64>> = match wanted_mu1.is_empty() {
-                true => Vec::new(),
-                false => ring.darts.iter().map(|dart| wanted_mu1[dart.index()]).collect(),
-            };
-            let solution =
-                vertex::solve_with(&system, &mu1).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
-            Ok((ring, solution))
-        })
-        .collect();
+    let solve = |v: VertexId, solved: &mut SolvedVertices| {
+        let ring = Ring::of(mesh, v);
+        let o = base.positions[v.index()];
+        let ring_curves: Vec<RingCurve> = ring
+            .darts
+            .iter()
+            .map(|dart| RingCurve { d: dart.point(curves, 1) - o, e: dart.point(curves, 2) - o })
+            .collect();
+        let ring_weights: Vec<EndWeights> = ring.darts.iter().map(|dart| weights[dart.index()]).collect();
+        // The left side of a dart is the right side of its reverse.
+        let far: Vec<f64> = ring.darts.iter().map(|d| 1.0 - weights[d.reverse().index()].lambda).collect();
+        let twists: Vec<Vec3> = ring
+            .corners
+            .iter()
+            .map(|h| wanted[mesh.face(*h).index()][twist_position(mesh, *h)] - o)
+            .collect();
+        let system = VertexSystem {
+            normal: base.normals[v.index()],
+            curvature: base.curvatures[v.index()],
+            curves: &ring_curves,
+            weights: &ring_weights,
+            far_lambda: &far,
+            twists: &twists,
+        };
+        let mu1: Vec<Option<f64>> = match wanted_mu1.is_empty() {
+            true => Vec::new(),
+            false => ring.darts.iter().map(|dart| wanted_mu1[dart.index()]).collect(),
+        };
+        let solution =
+            vertex::solve_with(&system, &mu1).ok_or(SplineError::SingularVertex { vertex: v.0 })?;
+        solved.twists.extend(ring.corners.iter().zip(&solution.twists).map(|(h, t)| (*h, o + t)));
+        solved.mu1.extend(ring.darts.iter().zip(&solution.mu1).map(|(dart, mu)| (*dart, *mu)));
+        Ok(())
+    };
+    let solved = vertices.par_chunks(TASK).evenly().map(|vertices| {
+        let mut solved = SolvedVertices::with_room(vertices.len());
+        vertices.iter().try_for_each(|v| solve(*v, &mut solved)).map(|()| solved)
+    });
+    let solved: Vec<Result<SolvedVertices, SplineError>> = solved.collect();
     let mut mu1 = vec![0.0; 2 * curves.len()];
-    for (v, (ring, solution)) in vertices.iter().zip(solutions?) {
-        for (h, t) in ring.corners.iter().zip(&solution.twists) {
-            nets[mesh.face(*h).index()][twist_position(mesh, *h)] = base.positions[v.index()] + t;
+    for vertices in solved {
+        let vertices = vertices?;
+        for (h, point) in vertices.twists {
+            nets[mesh.face(h).index()][twist_position(mesh, h)] = point;
         }
-        for (dart, mu) in ring.darts.iter().zip(&solution.mu1) {
-            mu1[dart.index()] = *mu;
-        }
+        vertices.mu1.into_iter().for_each(|(dart, mu)| mu1[dart.index()] = mu);
     }
     Ok(mu1)
+}
+
+/// What the systems of some vertices give: together, so that one thread frees little of what others have allocated.
+struct SolvedVertices {
+    twists: Vec<(HalfEdgeId, Point3)>,
+    mu1: Vec<(Dart, f64)>,
+}
+
+impl SolvedVertices {
+    fn with_room(vertices: usize) -> Self {
+        Self { twists: Vec::with_capacity(VALENCE * vertices), mu1: Vec::with_capacity(VALENCE * vertices) }
+    }
 }
 
 fn rows_of(kept: &[Option<EdgeSolution>], e: EdgeId) -> Option<EdgeSolution> {

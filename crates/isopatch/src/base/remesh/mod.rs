@@ -287,7 +287,9 @@ impl Remesher<'_> {
     fn edges_by_length(&self, wanted: impl Fn(f64) -> bool + Sync) -> Vec<(f64, u32)> {
         let all: Vec<u32> = self.mesh.edges().collect();
         let lengths = all.into_par_iter().evenly_by(TASK).map(|h| (self.relative_length(h), h));
-        let mut edges: Vec<(f64, u32)> = lengths.filter(|(length, _)| wanted(*length)).collect();
+        // Lists of unknown length would grow on all threads, which wait for each other's memory.
+        let mut edges: Vec<(f64, u32)> = lengths.collect();
+        edges.retain(|(length, _)| wanted(*length));
         edges.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         edges
     }
