@@ -23,6 +23,11 @@ pub(super) struct Connectivity {
     is_open: bool,
 }
 
+/// Faces of a vertex that can lose one.
+pub(super) fn least_to_lose_one(is_on_boundary: bool) -> usize {
+    if is_on_boundary { 2 } else { 4 }
+}
+
 fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
@@ -217,7 +222,7 @@ impl Connectivity {
 
     /// Can the vertex lose one of its faces? Inside, valence 3 must remain; on the boundary, a face.
     fn can_lose_face(&self, v: u32) -> bool {
-        let least = if self.is_boundary_vertex(v) { 2 } else { 4 };
+        let least = least_to_lose_one(self.is_boundary_vertex(v));
         self.ring(v).take(least).count() == least
     }
 

@@ -14,8 +14,8 @@ use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::{FaceId, VertexId};
 
-/// Leans and turns over their limits by this factor are not hoped to get valid: on the surfaces of Tong & Kim 2009, of collapses
-/// whose faces are so after one relaxation, one in a hundred would.
+/// Leans and turns over their limits by this factor are not hoped to get valid: on four surfaces of Tong & Kim 2009, of collapses whose
+/// faces are so after one relaxation, two in a thousand would.
 const HOPELESS: f64 = 1.3;
 /// Corners of a slot without a face.
 pub(super) const REMOVED: [u32; 3] = [u32::MAX; 3];

@@ -2,7 +2,7 @@
 
 use super::border::{Merge, collapse_bridges, larger};
 use super::clip::BoxSides;
-use super::connectivity::Connectivity;
+use super::connectivity::{Connectivity, least_to_lose_one};
 use super::local::{Draft, Vertex};
 use super::shape::{area_vector, largest_angle_cosine};
 use crate::geom::{Point3, Vec3};
@@ -152,12 +152,11 @@ impl<'d, 'a> Star<'d, 'a> {
     /// As [`Connectivity::can_flip`], in the mesh as it would be.
     fn can_flip(&self, i: usize, [c, d]: [u32; 2]) -> bool {
         let Neighbour { number, gain } = self.ring[i];
-        let least = |is_boundary: bool| if is_boundary { 2 } else { 4 };
         let faces = self.mesh.ring(number).count() as i32 + gain;
         let is_new = |made: &[u32; 2]| *made != [c, d] && *made != [d, c];
         c != d
-            && self.face_count() as i32 >= least(!self.is_closed)
-            && faces >= least(self.mesh.is_boundary_vertex(number))
+            && self.face_count() >= least_to_lose_one(!self.is_closed)
+            && faces >= least_to_lose_one(self.mesh.is_boundary_vertex(number)) as i32
             && self.made.iter().all(is_new)
             && !self.mesh.are_neighbours(c, d)
     }
