@@ -1,5 +1,6 @@
 //! Connectivity that changes: triangle meshes under splits, collapses and flips.
 
+use crate::mesh::buckets::Buckets;
 use crate::parallel::Evenly;
 use rayon::prelude::*;
 
@@ -47,29 +48,16 @@ impl Connectivity {
     /// these, one ring is known.
     pub fn of_part(vertex_count: usize, faces: &[[u32; 3]]) -> (Self, Vec<u32>) {
         let origin: Vec<u32> = faces.iter().flatten().copied().collect();
-        let mut start = vec![0u32; vertex_count + 1];
-        for v in &origin {
-            start[*v as usize + 1] += 1;
-        }
-        for v in 0..vertex_count {
-            start[v + 1] += start[v];
-        }
-        let mut fill = start.clone();
-        let mut leaving = vec![0u32; origin.len()];
-        for (h, v) in origin.iter().enumerate() {
-            leaving[fill[*v as usize] as usize] = h as u32;
-            fill[*v as usize] += 1;
-        }
+        let leaving = Buckets::new(&origin, vertex_count);
         let twin_of = |h: u32| {
             let (a, b) = (origin[h as usize], origin[next(h) as usize]);
-            let of_b = &leaving[start[b as usize] as usize..start[b as usize + 1] as usize];
-            of_b.iter().find(|g| origin[next(**g) as usize] == a).copied().unwrap_or(NONE)
+            let mut of_b = leaving.get(b as usize).iter().copied();
+            of_b.find(|g| origin[next(*g) as usize] == a).unwrap_or(NONE)
         };
         let half_edges = (0..origin.len() as u32).into_par_iter().evenly_by(TASK);
         let twin: Vec<u32> = half_edges.map(twin_of).collect();
-        let mut outgoing: Vec<u32> = (0..vertex_count)
-            .map(|v| if start[v] < start[v + 1] { leaving[start[v] as usize] } else { NONE })
-            .collect();
+        let mut outgoing: Vec<u32> =
+            (0..vertex_count).map(|v| leaving.get(v).first().copied().unwrap_or(NONE)).collect();
         let mut on_boundary = vec![false; vertex_count];
         let mut pinched = Vec::new();
         for h in (0..origin.len()).filter(|h| twin[*h] == NONE) {
@@ -144,6 +132,11 @@ impl Connectivity {
         self.origin.chunks_exact(3).filter(|f| f[0] != NONE).map(|f| [f[0], f[1], f[2]])
     }
 
+    /// All faces, by their numbers; none may have been removed since [`Connectivity::compact`].
+    pub fn faces_in_parallel(&self) -> impl IndexedParallelIterator<Item = [u32; 3]> + '_ {
+        self.origin.par_chunks_exact(3).map(|f| [f[0], f[1], f[2]])
+    }
+
     /// One half edge of every edge that exists.
     pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.half_edge_bound()).filter(|h| self.is_edge(*h))
@@ -157,6 +150,11 @@ impl Connectivity {
     /// Vertices that exist.
     pub fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
         (0..self.outgoing.len() as u32).filter(|v| self.is_vertex(*v))
+    }
+
+    /// Half edges by the vertex that they leave.
+    pub fn leaving(&self) -> Buckets {
+        Buckets::new(&self.origin, self.outgoing.len())
     }
 
     /// Outgoing half edges of a vertex, one a face, counter-clockwise; from boundary to boundary if it has one.

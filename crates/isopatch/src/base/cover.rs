@@ -5,9 +5,8 @@ use rayon::prelude::*;
 
 use super::bounds::may_vanish;
 use super::certificate::{Bounds, Doubt, Piece, check, has_sign_of};
-use super::octree::{
-    Cell, DEEPEST, KeyMap, Lattice, Node, Surroundings, find, index, key, node_of, surroundings,
-};
+use super::numbering::Numbering;
+use super::octree::{Cell, DEEPEST, KeyMap, Lattice, Surroundings, find, index, key, node_of, surroundings};
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
 use crate::geom::{Point3, Points, PointsView};
@@ -147,8 +146,8 @@ pub(super) struct Cover<'a> {
 
 /// Nodes of the leaves, and the values of f there.
 pub(super) struct Nodes {
-    /// Numbers of the nodes on the surface of leaves.
-    numbers: KeyMap<u32>,
+    /// Of the nodes on the surface of leaves.
+    numbering: Numbering,
     /// Corners of each leaf.
     corners: Vec<[u32; 8]>,
     /// Nodes in use of each leaf.
@@ -354,22 +353,14 @@ impl<'a> Cover<'a> {
     }
 
     fn nodes(&self, around: &[Surroundings]) -> Nodes {
-        let mut numbers = KeyMap::default();
-        let mut places = Vec::new();
-        let mut number = |node: Node| -> u32 {
-            let key = key(node);
-            *numbers.entry(key).or_insert_with(|| {
-                places.push(key);
-                places.len() as u32 - 1
-            })
-        };
-        let corners: Vec<[u32; 8]> =
-            self.leaves.iter().map(|leaf| CORNERS.map(|n| number(leaf.cell.node(local(n))))).collect();
-        let corner_count = corners.iter().flatten().max().map_or(0, |n| n + 1);
+        let of_corners = |leaf: &Leaf| CORNERS.map(|n| key(leaf.cell.node(local(n))));
+        let corners: Vec<[u64; 8]> = self.leaves.par_iter().evenly_by(TASK).map(of_corners).collect();
+        let (mut numbering, numbers) = Numbering::of(corners.as_flattened());
+        let corner_count = numbering.keys.len() as u32;
         let sets: Vec<NodeSet> = (self.leaves.par_iter().zip(around).evenly_by(TASK))
             .map(|(leaf, around)| match around.beside_finer {
                 true => NodeSet::beside_finer(|n| {
-                    numbers.get(&key(leaf.cell.node(local(n)))).is_some_and(|k| *k < corner_count)
+                    numbering.get(key(leaf.cell.node(local(n)))).is_some_and(|k| k < corner_count)
                 }),
                 // The cut that was good enough before is so again.
                 false => leaf.passed.filter(|set| set.is_plain()).unwrap_or(NodeSet::PLAIN),
@@ -377,17 +368,14 @@ impl<'a> Cover<'a> {
             .collect();
         // Middles of sides that no leaf has as a corner.
         for (leaf, set) in self.leaves.iter().zip(&sets) {
-            for n in (0..6).map(middle).filter(|n| set.contains(*n)) {
-                let key = key(leaf.cell.node(local(n)));
-                numbers.entry(key).or_insert_with(|| {
-                    places.push(key);
-                    places.len() as u32 - 1
-                });
-            }
+            let middles = (0..6).map(middle).filter(|n| set.contains(*n));
+            middles.for_each(|n| numbering.add(key(leaf.cell.node(local(n)))));
         }
+        let mut places = std::mem::take(&mut numbering.keys);
         places.extend(self.leaves.iter().map(|leaf| key(leaf.cell.node(local(CENTER)))));
         let values = self.values(&places);
-        Nodes { numbers, corners, sets, places, values }
+        let corners = numbers.as_chunks().0.to_vec();
+        Nodes { numbering, corners, sets, places, values }
     }
 
     /// f at nodes.
@@ -475,7 +463,7 @@ impl Nodes {
         }
         match CORNERS.iter().position(|n| *n == node) {
             Some(c) => self.corners[leaf][c] as usize,
-            None => self.numbers.get(&key(cell.node(local(node)))).map_or(0, |n| *n as usize),
+            None => self.numbering.get(key(cell.node(local(node)))).map_or(0, |n| n as usize),
         }
     }
 

@@ -6,7 +6,8 @@
 use super::clip::{BoxSides, Clip};
 use super::cover::{Cover, Nodes};
 use super::error::BaseError;
-use super::octree::{KeyMap, node_of};
+use super::numbering::Numbering;
+use super::octree::node_of;
 use super::tetrahedra::for_tetrahedra;
 use super::triangle_mesh::TriangleMesh;
 use crate::geom::{Aabb, Point3};
@@ -28,24 +29,11 @@ const ONE_FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3
 const TWO_FIRST: [[usize; 4]; 6] =
     [[0, 1, 2, 3], [0, 2, 3, 1], [0, 3, 1, 2], [1, 2, 0, 3], [1, 3, 2, 0], [2, 3, 0, 1]];
 
-/// Vertices on the edges between nodes, as they are asked for.
-struct Vertices<'a> {
-    cover: &'a Cover<'a>,
-    nodes: &'a Nodes,
-    on_edge: KeyMap<u32>,
-    positions: Vec<Point3>,
-}
-
-impl Vertices<'_> {
-    fn on(&mut self, a: usize, b: usize) -> u32 {
-        let (a, b) = (a.min(b), a.max(b));
-        *self.on_edge.entry((a as u64) << 32 | b as u64).or_insert_with(|| {
-            let [p, q] = [a, b].map(|n| self.cover.lattice.position(node_of(self.nodes.places[n])));
-            let t = crossing(self.nodes.values[a], self.nodes.values[b]);
-            self.positions.push(p + t * (q - p));
-            self.positions.len() as u32 - 1
-        })
-    }
+/// The vertex on an edge between two nodes.
+fn vertex(cover: &Cover<'_>, nodes: &Nodes, edge: u64) -> Point3 {
+    let [a, b] = [edge >> 32, edge & u64::from(u32::MAX)].map(|n| n as usize);
+    let [p, q] = [a, b].map(|n| cover.lattice.position(node_of(nodes.places[n])));
+    p + crossing(nodes.values[a], nodes.values[b]) * (q - p)
 }
 
 /// Leaves that one task looks at.
@@ -76,41 +64,73 @@ pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<T
         found
     });
     let crossed = of_tasks.collect::<Vec<_>>().concat();
-    let mut vertices = Vertices { cover, nodes, on_edge: KeyMap::default(), positions: Vec::new() };
-    let mut faces = Vec::new();
-    crossed.iter().for_each(|corners| cut(*corners, &mut vertices, &mut faces));
+    let polygons: Vec<Polygon> =
+        crossed.par_iter().evenly_by(TASK).map(|corners| cut(*corners, nodes)).collect();
+    let mut edges = Vec::with_capacity(4 * polygons.len());
+    polygons.iter().for_each(|polygon| edges.extend(polygon.edges()));
+    let (Numbering { keys, .. }, numbers) = Numbering::of(&edges);
+    let positions: Vec<Point3> =
+        keys.par_iter().evenly_by(TASK).map(|edge| vertex(cover, nodes, *edge)).collect();
+    let mut faces = Vec::with_capacity(2 * polygons.len());
+    let mut rest = &numbers[..];
+    for polygon in &polygons {
+        let (corners, after) = rest.split_at(polygon.count);
+        faces.extend(triangles(polygon, corners, &positions));
+        rest = after;
+    }
     if let Some(n) = crossed.into_iter().flatten().find(|n| nodes.values[*n].is_nan()) {
         let place = nodes.places[n];
         let share = nodes.values.iter().filter(|f| f.is_nan()).count() as f64 / nodes.values.len() as f64;
         return Err(BaseError::Undefined { share, at: Some(cover.lattice.position(node_of(place))) });
     }
-    let positions = vertices.positions;
     let sides: Vec<BoxSides> = positions.iter().map(|p| BoxSides::of(p, bounds)).collect();
     let is_clipped = sides.iter().any(|s| !s.is_empty());
     let clip = is_clipped.then_some(Clip { bounds: *bounds, sides });
     Ok(TriangleMesh { positions, faces, clip })
 }
 
-/// The part of the surface in one tetrahedron, counter-clockwise seen from outside; the corners are positively oriented.
-fn cut(corners: [usize; 4], vertices: &mut Vertices<'_>, faces: &mut Vec<[u32; 3]>) {
-    let is_inside = corners.map(|n| vertices.nodes.values[n] < 0.0);
+/// The part of the surface in one tetrahedron: the edges between nodes that its corners lie on.
+struct Polygon {
+    edges: [u64; 4],
+    /// Three or four.
+    count: usize,
+    /// Are the corners clockwise seen from outside?
+    is_clockwise: bool,
+}
+
+impl Polygon {
+    fn edges(&self) -> &[u64] {
+        &self.edges[..self.count]
+    }
+}
+
+/// Cuts a tetrahedron; its corners are positively oriented.
+fn cut(corners: [usize; 4], nodes: &Nodes) -> Polygon {
+    let is_inside = corners.map(|n| nodes.values[n] < 0.0);
+    let edge = |(a, b): (usize, usize)| (a.min(b) as u64) << 32 | a.max(b) as u64;
     let count = is_inside.iter().filter(|inside| **inside).count();
     if count == 2 {
         let order =
             TWO_FIRST.into_iter().find(|o| is_inside[o[0]] && is_inside[o[1]]).unwrap_or(TWO_FIRST[0]);
         let [a, b, c, d] = order.map(|k| corners[k]);
-        let quad = [(a, c), (a, d), (b, d), (b, c)].map(|(p, q)| vertices.on(p, q));
-        let length = |i: usize, j: usize| {
-            (vertices.positions[quad[i] as usize] - vertices.positions[quad[j] as usize]).norm_squared()
-        };
-        let first = usize::from(length(1, 3) < length(0, 2));
-        let [p, q, r, s] = [0, 1, 2, 3].map(|k| quad[(k + first) % 4]);
-        faces.extend([[p, q, r], [p, r, s]]);
-    } else {
-        let single = count == 1;
-        let order = ONE_FIRST.into_iter().find(|o| is_inside[o[0]] == single).unwrap_or(ONE_FIRST[0]);
-        let [a, b, c, d] = order.map(|k| corners[k]);
-        let [p, q, r] = [b, c, d].map(|other| vertices.on(a, other));
-        faces.push(if single { [p, q, r] } else { [p, r, q] });
+        let edges = [(a, c), (a, d), (b, d), (b, c)].map(edge);
+        return Polygon { edges, count: 4, is_clockwise: false };
     }
+    let single = count == 1;
+    let order = ONE_FIRST.into_iter().find(|o| is_inside[o[0]] == single).unwrap_or(ONE_FIRST[0]);
+    let [a, b, c, d] = order.map(|k| corners[k]);
+    Polygon { edges: [(a, b), (a, c), (a, d), (a, d)].map(edge), count: 3, is_clockwise: !single }
+}
+
+/// The triangles of a polygon, counter-clockwise seen from outside; one with four corners is cut along its shorter diagonal.
+fn triangles(polygon: &Polygon, corners: &[u32], positions: &[Point3]) -> impl Iterator<Item = [u32; 3]> {
+    let length = |v: u32, w: u32| (positions[v as usize] - positions[w as usize]).norm_squared();
+    let of = match *corners {
+        [p, q, r, s] if length(q, s) < length(p, r) => [Some([q, r, s]), Some([q, s, p])],
+        [p, q, r, s] => [Some([p, q, r]), Some([p, r, s])],
+        [p, q, r] if polygon.is_clockwise => [Some([p, r, q]), None],
+        [p, q, r] => [Some([p, q, r]), None],
+        _ => [None; 2],
+    };
+    of.into_iter().flatten()
 }

@@ -30,6 +30,7 @@ mod failures;
 mod given;
 mod local;
 mod marching;
+mod numbering;
 mod octree;
 mod polygonize;
 mod project;

@@ -50,28 +50,25 @@ pub fn project_points(
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
-    project_within(field, points, &[], diagonal, options)
+    let mut positions: Vec<Point3> = (0..points.len()).map(|i| points.get(i)).collect();
+    let report = project_positions(field, &mut positions, &[], diagonal, options);
+    positions.into_iter().enumerate().for_each(|(i, p)| points.set(i, p));
+    report
 }
 
 /// [`project_points`] with the points kept in the sides of a box that are listed for them (for none of them, if the list
 /// is empty): along the part of the gradient within the side or along the edge. Their coordinates do not change there.
-fn project_within(
+pub(super) fn project_positions(
     field: &dyn Field,
-    points: &mut Points,
+    positions: &mut [Point3],
     sides: &[BoxSides],
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
     let sides_of = |chunk: usize| sides.get(chunk * CHUNK..).unwrap_or_default();
-    let PointsMut { x, y, z } = points.view_mut();
-    let chunks: Vec<Projection> = x
-        .par_chunks_mut(CHUNK)
-        .zip(y.par_chunks_mut(CHUNK))
-        .zip(z.par_chunks_mut(CHUNK))
-        .evenly()
-        .enumerate()
-        .map(|(i, ((x, y), z))| project_chunk(field, PointsMut { x, y, z }, sides_of(i), diagonal, options))
-        .collect();
+    let project =
+        |(i, chunk): (usize, &mut [Point3])| project_chunk(field, chunk, sides_of(i), diagonal, options);
+    let chunks: Vec<Projection> = positions.par_chunks_mut(CHUNK).enumerate().evenly().map(project).collect();
     let mut all = Projection::default();
     for (i, chunk) in chunks.into_iter().enumerate() {
         all.failures.extend(chunk.failures.into_iter().map(|j| i * CHUNK + j));
@@ -125,21 +122,19 @@ pub(super) fn project_point(
     None
 }
 
-fn project_chunk(
+/// [`project_positions`] of so many that they fit into the cache, by one thread.
+pub(super) fn project_chunk(
     field: &dyn Field,
-    mut out: PointsMut<'_>,
+    positions: &mut [Point3],
     sides: &[BoxSides],
     diagonal: f64,
     options: &ProjectOptions,
 ) -> Projection {
-    let n = out.x.len();
+    let n = positions.len();
+    // A corner of the box cannot move.
+    let can_move = |i: &usize| sides.get(*i).is_none_or(|s| s.len() < 3);
     let mut walkers = Vec::with_capacity(n);
-    walkers.extend(
-        (0..n)
-            // A corner of the box cannot move.
-            .filter(|i| sides.get(*i).is_none_or(|s| s.len() < 3))
-            .map(|i| Walker::new(i, Point3::new(out.x[i], out.y[i], out.z[i]))),
-    );
+    walkers.extend((0..n).filter(can_move).map(|i| Walker::new(i, positions[i])));
     let (mut trial, mut gradient, mut f) = (Points::zeros(n), Points::zeros(n), vec![0.0; n]);
     let mut report = Projection::default();
     for _ in 0..options.evaluations {
@@ -159,9 +154,9 @@ fn project_chunk(
             let mut w = walkers[i];
             let gradient = sides.get(w.point).map_or(gradient.get(i), |s| s.within(gradient.get(i)));
             match advance(field, &mut w, trial.get(i), f[i], gradient, diagonal, options) {
-                Progress::Arrived => put(&mut out, w.point, w.best),
+                Progress::Arrived => positions[w.point] = w.best,
                 Progress::Stuck => {
-                    put(&mut out, w.point, w.best);
+                    positions[w.point] = w.best;
                     report.failures.push(w.point);
                 }
                 Progress::Walking => {
@@ -173,15 +168,11 @@ fn project_chunk(
         walkers.truncate(kept);
     }
     for w in walkers {
-        put(&mut out, w.point, w.best);
+        positions[w.point] = w.best;
         report.failures.push(w.point);
     }
     report.failures.sort_unstable();
     report
-}
-
-fn put(out: &mut PointsMut<'_>, i: usize, p: Point3) {
-    (out.x[i], out.y[i], out.z[i]) = (p.x, p.y, p.z);
 }
 
 enum Progress {
@@ -226,22 +217,4 @@ fn advance(
         return Progress::Arrived;
     }
     if w.step.norm() < tolerance { Progress::Stuck } else { Progress::Walking }
-}
-
-/// Positions as one array per coordinate, projected, and back; see [`project_points`].
-///
-/// With sides of a box listed for the positions, they move within them only.
-pub(super) fn project_positions(
-    field: &dyn Field,
-    positions: &mut [Point3],
-    sides: &[BoxSides],
-    diagonal: f64,
-    options: &ProjectOptions,
-) -> Projection {
-    let mut points: Points = positions.iter().copied().collect();
-    let report = project_within(field, &mut points, sides, diagonal, options);
-    for (i, p) in positions.iter_mut().enumerate() {
-        *p = points.get(i);
-    }
-    report
 }

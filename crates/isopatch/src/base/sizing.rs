@@ -86,9 +86,8 @@ pub(super) struct FaceAreas(Vec<([u32; 3], f64)>);
 
 impl FaceAreas {
     pub(super) fn new(mesh: &Connectivity, x: &[Point3]) -> Self {
-        let faces: Vec<[u32; 3]> = mesh.faces().collect();
         let area = |f: [u32; 3]| (f, 0.5 * area_vector(f.map(|v| x[v as usize])).norm());
-        Self(faces.into_par_iter().evenly_by(TASK).map(area).collect())
+        Self(mesh.faces_in_parallel().evenly_by(TASK).map(area).collect())
     }
 
     /// Number of equilateral faces of these edge lengths that cover the mesh.

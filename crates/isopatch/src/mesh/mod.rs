@@ -18,6 +18,7 @@
 //! The half edges of face f are consecutive and start at the face's first vertex, so in a triangle mesh
 //! half edge 3f + k runs from corner k to corner k + 1.
 
+pub(crate) mod buckets;
 pub mod butterfly;
 mod check;
 pub mod creases;

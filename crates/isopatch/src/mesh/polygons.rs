@@ -1,3 +1,4 @@
+use super::buckets::Buckets;
 use super::repairs::Place;
 
 /// Marks a half edge without a partner.
@@ -102,22 +103,11 @@ impl Edges {
         let high: Vec<u32> = ends().map(|(a, b)| *a.max(b)).collect();
         // Half edges by their lower vertex, which has few of them; then these by the other one.
         let vertices = low.iter().max().map_or(0, |v| *v as usize + 1);
-        let mut ends_of = vec![0; vertices];
-        low.iter().for_each(|v| ends_of[*v as usize] += 1);
-        let mut total = 0;
-        for count in &mut ends_of {
-            total += std::mem::replace(count, total);
-        }
-        let mut sorted = vec![0; low.len()];
-        for (h, v) in low.iter().enumerate() {
-            let place = &mut ends_of[*v as usize];
-            sorted[*place] = h as u32;
-            *place += 1;
-        }
+        let (mut sorted, ends_of) = Buckets::new(&low, vertices).into_parts();
         let mut end = Vec::with_capacity(low.len());
         let mut start = 0;
         for past in ends_of {
-            let at_vertex = &mut sorted[start..past];
+            let at_vertex = &mut sorted[start..past as usize];
             at_vertex.sort_unstable_by_key(|h| (high[*h as usize], *h));
             for group in at_vertex.chunk_by(|g, h| high[*g as usize] == high[*h as usize]) {
                 start += group.len();

@@ -1,17 +1,18 @@
 //! Well-shaped triangles: splits, collapses, flips and tangential smoothing on the surface, guided by edge lengths
 //! (Botsch & Kobbelt, SGP 2004, with lengths from the curvature).
 
+mod collapse;
 mod flip;
+mod smooth;
 
 use crate::parallel::Evenly;
 use rayon::prelude::*;
 
-use super::border::{Merge, collapse_bridges, larger};
 use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
-use super::project::{ProjectOptions, project_positions};
-use super::shape::{area_vector, facing, largest_curvature, unit_or_zero};
+use super::project::ProjectOptions;
+use super::shape::{area_vector, facing, unit_or_zero};
 use super::sizing::{
     SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors, stretch,
 };
@@ -53,25 +54,11 @@ impl Default for RemeshOptions {
 /// Edges longer than this times the wanted length are split: their halves are then nearer to it.
 const LONG: f64 = 4.0 / 3.0;
 
-/// Edges shorter than this times the wanted length are collapsed: the edges around are then nearer to it.
-const SHORT: f64 = 4.0 / 5.0;
-
-/// A collapse may not turn a face farther than this (cosine) from the normal at the merged vertex, and from those of
-/// the face's other corners.
-const COLLAPSE_FACING: [f64; 2] = [0.5, 0.3];
-
-/// Twice the area of a face over the square of its longest edge: a collapse may not leave less (equilateral: 0.87).
-const THINNEST: f64 = 0.12;
-
 /// Meshes with fewer faces fit into the cache of a core, in any order.
 const SORTED: usize = 8_192;
 
 /// Edges, faces or vertices that one task looks at.
 const TASK: usize = 64;
-
-/// A vertex that smoothing and projection move farther than this times the wanted edge length has left its place:
-/// neighbours would have to follow.
-const FARTHEST_MOVE: f64 = 1.0;
 
 /// A mesh that is being changed, with what is known at its vertices.
 pub(super) struct Remesher<'a> {
@@ -138,7 +125,7 @@ pub(super) fn remesh_to(
         given_lengths: lengths.is_some(),
         clip: mesh.clip.clone(),
     };
-    work.put_on_surface(&mesh.positions.clone());
+    work.put_on_surface();
     work.remove_bridges();
     // Predicted and real counts differ by some percent, in a way that hardly changes from round to round.
     let mut bias = 1.0;
@@ -164,42 +151,6 @@ pub(super) fn remesh_to(
 }
 
 impl Remesher<'_> {
-    /// Projects all vertices; one that does not arrive, or is farther than its edges are long, goes back to `fallback`.
-    pub fn put_on_surface(&mut self, fallback: &[Point3]) {
-        let sides = self.clip.as_ref().map_or(&[][..], |c| &c.sides);
-        let report =
-            project_positions(self.field, &mut self.x, sides, self.diagonal, &self.options.projection);
-        for i in report.failures {
-            self.x[i] = fallback[i];
-        }
-        for (i, size) in self.size.iter().enumerate() {
-            // Another sheet of the surface, not the one that the vertex belongs to.
-            if (self.x[i] - fallback[i]).norm() > FARTHEST_MOVE * size {
-                self.x[i] = fallback[i];
-            }
-        }
-        if let Some(clip) = &self.clip {
-            for ((x, sides), fallback) in self.x.iter_mut().zip(&clip.sides).zip(fallback) {
-                if !clip.holds(x) {
-                    *x = sides.snap(*fallback, &clip.bounds);
-                }
-            }
-        }
-        self.update_normals();
-    }
-
-    fn update_normals(&mut self) {
-        let field = self.field;
-        // Without a gradient there is neither normal nor curvature; that is found out at the end.
-        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
-        let known = |p: &Point3| {
-            let jet = field.jet(*p);
-            let tensor = finite(jet.curvature_tensor());
-            (unit_or_zero(&jet.gradient), (tensor, largest_curvature(&tensor)))
-        };
-        (self.normal, (self.tensor, self.curvature)) = self.x.par_iter().evenly_by(TASK).map(known).unzip();
-    }
-
     pub fn update_sizes(&mut self, faces: usize) {
         if !self.given_lengths {
             let errors = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
@@ -227,18 +178,13 @@ impl Remesher<'_> {
             length * self.options.sizing.lean.to_radians() / lean
         };
         let mut cap = vec![f64::INFINITY; self.x.len()];
-        for (f, longest) in self.of_faces(longest) {
+        let lengths: Vec<f64> = self.mesh.faces_in_parallel().evenly_by(TASK).map(longest).collect();
+        for (f, longest) in self.mesh.faces().zip(lengths) {
             for v in f {
                 cap[v as usize] = cap[v as usize].min(longest);
             }
         }
         cap
-    }
-
-    /// Something of each face, computed in parallel.
-    fn of_faces<T: Send>(&self, compute: impl Fn([u32; 3]) -> T + Sync) -> Vec<([u32; 3], T)> {
-        let faces: Vec<[u32; 3]> = self.mesh.faces().collect();
-        faces.into_par_iter().evenly_by(TASK).map(|f| (f, compute(f))).collect()
     }
 
     /// Renumbers vertices after splits and removals.
@@ -340,71 +286,7 @@ impl Remesher<'_> {
                 *last = middle;
             }
         }
-        let before = self.x.clone();
-        self.put_on_surface(&before);
-    }
-
-    fn collapse_short(&mut self) {
-        for (_, h) in self.edges_by_length(|l| l < SHORT) {
-            if self.mesh.is_half_edge(h) && self.relative_length(h) < SHORT {
-                self.try_collapse(h, LONG);
-            }
-        }
-    }
-
-    /// Merges the ends in their middle, or at the one that lies in more sides of the box, if no edge gets relatively longer than `longest` and no face turns or thins out.
-    fn try_collapse(&mut self, h: u32, longest: f64) -> bool {
-        let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
-        let (i, j) = (a as usize, b as usize);
-        let (middle, n) = match Merge::of(self.sides(a), self.sides(b), self.mesh.is_boundary(h)) {
-            Some(Merge::Between) => {
-                (0.5 * (self.x[i] + self.x[j]), unit_or_zero(&(self.normal[i] + self.normal[j])))
-            }
-            Some(Merge::AtFirst) => (self.x[i], self.normal[i]),
-            Some(Merge::AtSecond) => (self.x[j], self.normal[j]),
-            None => return false,
-        };
-        let size = self.size[i].min(self.size[j]);
-        let metric = 0.5 * (self.metric[i] + self.metric[j]);
-        let fits = |e: u32| {
-            let [_, v, w] = self.mesh.corners(e);
-            let too_far = |u: u32| {
-                let d = self.point(u) - middle;
-                d.dot(&(metric * d)).sqrt() > longest * size && u != a && u != b
-            };
-            if too_far(v) || too_far(w) {
-                return false;
-            }
-            v == a || v == b || w == a || w == b || self.is_good_face(middle, &n, v, w)
-        };
-        if !self.mesh.can_collapse(h) || !self.mesh.ring(a).all(fits) || !self.mesh.ring(b).all(fits) {
-            return false;
-        }
-        if let Some(clip) = &mut self.clip {
-            if collapse_bridges(&self.mesh, |v| clip.sides[v as usize], h) {
-                return false;
-            }
-            clip.sides[i] = larger([clip.sides[i], clip.sides[j]]);
-        }
-        self.mesh.collapse(h);
-        self.x[i] = middle;
-        self.normal[i] = n;
-        self.curvature[i] = self.curvature[i].max(self.curvature[j]);
-        self.size[i] = 0.5 * (self.size[i] + self.size[j]);
-        self.metric[i] = metric;
-        self.relative[i] = 0.5 * (self.relative[i] + self.relative[j]);
-        true
-    }
-
-    /// Is the triangle (p, v, w), with normal n at p, neither turned away from its normals nor thin?
-    fn is_good_face(&self, p: Point3, n: &Vec3, v: u32, w: u32) -> bool {
-        let (q, r) = (self.point(v), self.point(w));
-        let area = area_vector([p, q, r]);
-        let length = area.norm();
-        let longest = (q - p).norm_squared().max((r - q).norm_squared()).max((p - r).norm_squared());
-        length >= THINNEST * longest
-            && area.dot(n) >= COLLAPSE_FACING[0] * length
-            && [v, w].iter().all(|u| area.dot(&self.normal[*u as usize]) >= COLLAPSE_FACING[1] * length)
+        self.put_on_surface();
     }
 
     /// Collapses the relatively shortest or splits the relatively longest edges until the face count is right.
@@ -439,8 +321,7 @@ impl Remesher<'_> {
             }
         }
         self.compact();
-        let before = self.x.clone();
-        self.put_on_surface(&before);
+        self.put_on_surface();
         Ok(())
     }
 
@@ -450,74 +331,5 @@ impl Remesher<'_> {
 
     fn facing_of(&self, f: [u32; 3]) -> f64 {
         facing(self.corners(f), f.map(|v| &self.normal[v as usize]))
-    }
-
-    pub fn smooth_repeatedly(&mut self) {
-        let before = self.x.clone();
-        self.put_on_surface(&before);
-        for _ in 0..self.options.smoothing {
-            self.smooth();
-        }
-    }
-
-    /// Every vertex moves toward the weighted centre of its faces within its tangent plane, then onto the surface.
-    ///
-    /// Weights are areas in units of the wanted length, so that they even out relative sizes.
-    fn smooth(&mut self) {
-        let moment = |f: [u32; 3]| {
-            let corners = self.corners(f);
-            let size = f.iter().map(|v| self.size[*v as usize]).sum::<f64>() / 3.0;
-            let weight = area_vector(corners).norm() / (size * size);
-            (weight * ((corners[0] + corners[1] + corners[2]) / 3.0), weight)
-        };
-        let mut sum = vec![(Vec3::zeros(), 0.0); self.x.len()];
-        for (f, (moment, weight)) in self.of_faces(moment) {
-            for v in f {
-                let (moments, total) = &mut sum[v as usize];
-                *moments += moment;
-                *total += weight;
-            }
-        }
-        let before = self.x.clone();
-        let normal_before = self.normal.clone();
-        for (i, (moment, total)) in sum.iter().enumerate() {
-            let pull = moment / total.max(f64::MIN_POSITIVE) - before[i];
-            let tangential = pull - self.normal[i] * self.normal[i].dot(&pull);
-            self.x[i] += self.options.damping * tangential;
-        }
-        self.slide_along_border(&before);
-        self.put_on_surface(&before);
-        self.take_back_inversions(&before, &normal_before);
-    }
-
-    /// Vertices of the border move along it instead, toward the weighted centre of their two edges; those on an edge of
-    /// the box stay.
-    fn slide_along_border(&mut self, before: &[Point3]) {
-        let Some(clip) = &self.clip else { return };
-        for (i, sides) in clip.sides.iter().enumerate().filter(|(_, s)| !s.is_empty()) {
-            self.x[i] = before[i];
-            let Some(ends) = self.mesh.boundary_neighbours(i as u32).filter(|_| sides.len() == 1) else {
-                continue;
-            };
-            let mut sum = (Vec3::zeros(), 0.0);
-            for end in ends.map(|v| v as usize) {
-                let half = 0.5 * (before[end] - before[i]);
-                let weight = half.norm() / (self.size[end] + self.size[i]);
-                sum = (sum.0 + weight * half, sum.1 + weight);
-            }
-            let along = unit_or_zero(&sides.across().cross(&self.normal[i]));
-            let pull = sum.0 / sum.1.max(f64::MIN_POSITIVE);
-            self.x[i] += self.options.damping * along.dot(&pull) * along;
-        }
-    }
-
-    /// Moves the corners of faces that look inward back to where they were.
-    fn take_back_inversions(&mut self, before: &[Point3], normal_before: &[Vec3]) {
-        let facing = self.of_faces(|f| self.facing_of(f));
-        let inverted = facing.into_iter().filter(|(_, facing)| *facing <= 0.0);
-        for v in inverted.flat_map(|(f, _)| f).map(|v| v as usize) {
-            self.x[v] = before[v];
-            self.normal[v] = normal_before[v];
-        }
     }
 }
