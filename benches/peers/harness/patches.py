@@ -26,6 +26,8 @@ PATCHES_IN_A_TURN = 10_000
 LOAD = 600
 # Seconds from which a stage is one whose threads count, and how its time is named in answers.
 LONG_STAGE, STAGE = 0.1, "stage "
+# Runs with two threads, at least: they are short, and scatter.
+THREAD_RUNS = 9
 # Bytes of a .glb before its JSON: the header of the file and that of the chunk.
 GLB_HEADER = 20
 
@@ -242,7 +244,10 @@ def vertices_of_glb(path):
 
 
 def threads(runs, folder, tolerance=1e-4):
-    """Two threads against two copies with one thread each: jobs a second, of wall time; whole runs, and their long stages."""
+    """Two threads against two copies with one thread each: jobs a second, of wall time; whole runs, and their long stages.
+
+    How far the cores are apart is measured before each run, as it makes much of the difference.
+    """
     rows = []
     memory = 8 << 30
     program = install.isopatch_example("peer_surfaces")
@@ -251,13 +256,15 @@ def threads(runs, folder, tolerance=1e-4):
             Worker([program, "full", "2"], memory) as two,
             Worker([program, "full"], memory) as first,
             Worker([program, "full"], memory) as second,
+            Worker([install.measuring() / "peer-cores"], memory) as cores,
         ):
             files = [Path(folder, name) for name in ("two", "one")]
             two.ask(surface.request(tolerance, files[0]), LOAD)
             alone = first.ask(surface.request(tolerance, files[1]), LOAD)
             same = filecmp.cmp(*files, shallow=False)
-            shared, copies = [], []
-            for _ in range(runs):
+            shared, copies, apart = [], [], []
+            for _ in range(max(runs, THREAD_RUNS)):
+                apart.append(cores.ask(["there and back"], LOAD)["nanoseconds"])
                 shared.append(two.ask(surface.request(tolerance), LOAD))
                 start = time.perf_counter()
                 for worker in (first, second):
@@ -265,14 +272,16 @@ def threads(runs, folder, tolerance=1e-4):
                 answers = [worker.receive(LOAD) for worker in (first, second)]
                 both = {key: sum(answer[key] for answer in answers) / 2 for key in answers[0]}
                 copies.append(both | {"wall": time.perf_counter() - start})
-        note = "same bytes" if same else "OTHER BYTES"
+        note = f"{'same bytes' if same else 'OTHER BYTES'}; cores {median(apart):.0f} ns apart ({min(apart):.0f} to {max(apart):.0f})"
         for key in ["wall"] + [key for key in alone if key.startswith(STAGE) and alone[key] > LONG_STAGE]:
-            here, there = median(run[key] for run in shared), median(run[key] for run in copies)
+            here, there = [run[key] for run in shared], [run[key] for run in copies]
+            # Of runs one after the other: the machine changes in between.
+            ratio = median(copies / (2 * two) for two, copies in zip(here, there))
             what = f"two threads against two copies, {'whole runs' if key == 'wall' else f'stages over {1e3 * LONG_STAGE:.0f} ms'}"
             who = surface.name if key == "wall" else f"{surface.name}: {key.removeprefix(STAGE)}"
-            values = {"two_threads": here, "two_copies": there}
+            values = {"two_threads": here, "two_copies": there, "apart": apart}
             rows.append(
-                Figure(what, who, there / (2 * here), "×", f"{note}; {1e3 * here:.0f} ms with two threads", values=values)
+                Figure(what, who, ratio, "×", f"{1e3 * median(here):.0f} ms with two threads; {note}", values=values)
             )
     # Whole runs first.
     return sorted(rows, key=lambda row: "whole" not in row.what)

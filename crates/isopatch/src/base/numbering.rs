@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn numbers_follow_the_order_of_keys_whatever_the_number_of_threads() {
         // Each key some three times, in no order.
-        let keys: Vec<u64> = (0..60_000u64).map(|i| (i * i * 7_919 + i) % 20_011 << 21).collect();
+        let keys: Vec<u64> = (0..60_000u64).map(|i| ((i * i * 7_919 + i) % 20_011) << 21).collect();
         let mut different = Vec::new();
         let mut expected = KeyMap::default();
         for key in &keys {
