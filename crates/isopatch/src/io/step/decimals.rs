@@ -1,9 +1,12 @@
 //! Coordinates as text.
 
-use crate::io::text::{push_integer, push_real};
+use crate::io::text::{ASCII, eight_digits, push_integer, push_real};
 
 /// One in the last of 15 decimals.
 const ONE: u64 = 10_u64.pow(15);
+
+/// One in the first of the last eight of 16 digits.
+const HALF: u64 = 100_000_000;
 
 /// Coordinates below this are with 15 decimals an integer of 64 bits.
 const MOST: f64 = 9e3;
@@ -42,10 +45,11 @@ impl Decimals {
         }
         let point = text.len();
         // One more keeps the zeros in front; its digit is where the point stands.
-        if let Some(digits) = itoa::Buffer::new().format(ONE + n % ONE).as_bytes().first_chunk::<16>() {
-            text.extend_from_slice(digits);
-            text[point] = b'.';
+        let sixteen = ONE + n % ONE;
+        for half in [sixteen / HALF, sixteen % HALF] {
+            text.extend_from_slice(&(eight_digits(half) | ASCII).to_le_bytes());
         }
+        text[point] = b'.';
         while text.ends_with(b"0") {
             text.pop();
         }
