@@ -20,7 +20,7 @@ pub struct PolygonizeOptions {
     pub turn: f64,
     /// Least number of triangles, as far as it can be foreseen. Default 0: as many as the topology needs.
     pub triangles: usize,
-    /// Most cells. Default 2²⁰, which take some 300 MB.
+    /// Most cells. Default 2²⁰, which take some 400 MB.
     pub most_cells: usize,
 }
 

@@ -28,7 +28,7 @@ pub struct SeedOptions {
     pub surplus: f64,
     /// Least number of triangles. Default 4000: a sphere then has some 20 cells along its diameter.
     pub least: usize,
-    /// Most cells. Default 2²⁰, which take some 300 MB.
+    /// Most cells. Default 2²⁰, which take some 400 MB.
     pub most_cells: usize,
     /// May the box cut the surface? Default true; if false, that is an error.
     pub open: bool,
