@@ -1,6 +1,6 @@
 //! Keys numbered in the order in which they come up, by several threads.
 
-use super::octree::KeyMap;
+use super::octree::{FIBONACCI, KeyMap};
 use crate::parallel::Evenly;
 use rayon::prelude::*;
 use std::hash::BuildHasherDefault;
@@ -19,8 +19,7 @@ pub(super) struct Numbering {
 
 /// Which of some maps knows about a key; from other bits than those by which a map spreads its keys.
 fn part_of(key: u64, parts: usize) -> usize {
-    // Fibonacci hashing, as in `KeyHasher`, of the bits in the middle.
-    (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40 & 0xffff) as usize % parts
+    (key.wrapping_mul(FIBONACCI) >> 40 & 0xffff) as usize % parts
 }
 
 impl Numbering {

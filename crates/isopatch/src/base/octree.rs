@@ -134,6 +134,9 @@ impl Cell {
     }
 }
 
+/// 2⁶⁴ divided by the golden ratio: Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4).
+pub(super) const FIBONACCI: u64 = 0x9e37_79b9_7f4a_7c15;
+
 /// Multiplication and a fold: keys are small integers, nobody attacks.
 #[derive(Clone, Copy, Default)]
 pub(super) struct KeyHasher(u64);
@@ -148,8 +151,7 @@ impl Hasher for KeyHasher {
     }
 
     fn write_u64(&mut self, key: u64) {
-        // 2⁶⁴ divided by the golden ratio: Fibonacci hashing (Knuth, The Art of Computer Programming 3, 6.4).
-        let product = (self.0 ^ key).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let product = (self.0 ^ key).wrapping_mul(FIBONACCI);
         self.0 = product ^ product >> 32;
     }
 }

@@ -63,7 +63,7 @@ fn push_pieces<const N: usize>(text: &mut Vec<u8>, word: &[u8]) -> bool {
 }
 
 /// Numbers from here on have more than eight digits.
-const NINE_DIGITS: u64 = 100_000_000;
+pub const NINE_DIGITS: u64 = 100_000_000;
 
 /// Appends an unsigned integer.
 pub fn push_integer(text: &mut Vec<u8>, n: u64) {
@@ -81,7 +81,8 @@ pub fn push_integer(text: &mut Vec<u8>, n: u64) {
 pub const ASCII: u64 = 0x3030_3030_3030_3030;
 
 /// The digits of a number below 10⁸, a byte each, the first one in the lowest byte: halves, quarters and eighths of it side by
-/// side in one register. Quotients are products with 2²⁰/100 and 2¹⁰/10, exact for numbers that small.
+/// side in one register. Quotients are products with 2²⁰/100 and 2¹⁰/10,
+/// rounded up, and exact for numbers that small.
 pub fn eight_digits(n: u64) -> u64 {
     let halves = (n / 10_000) | ((n % 10_000) << 32);
     let hundreds = ((halves * 10_486) >> 20) & 0x7f_0000_007f;

@@ -1,12 +1,9 @@
 //! Coordinates as text.
 
-use crate::io::text::{ASCII, eight_digits, push_integer, push_real};
+use crate::io::text::{ASCII, NINE_DIGITS, eight_digits, push_integer, push_real};
 
 /// One in the last of 15 decimals.
 const ONE: u64 = 10_u64.pow(15);
-
-/// One in the first of the last eight of 16 digits.
-const HALF: u64 = 100_000_000;
 
 /// Coordinates below this are with 15 decimals an integer of 64 bits.
 const MOST: f64 = 9e3;
@@ -46,7 +43,7 @@ impl Decimals {
         let point = text.len();
         // One more keeps the zeros in front; its digit is where the point stands.
         let sixteen = ONE + n % ONE;
-        for half in [sixteen / HALF, sixteen % HALF] {
+        for half in [sixteen / NINE_DIGITS, sixteen % NINE_DIGITS] {
             text.extend_from_slice(&(eight_digits(half) | ASCII).to_le_bytes());
         }
         text[point] = b'.';
