@@ -43,7 +43,7 @@ impl<'d, 'a> Batch<'d, 'a> {
 
     /// One half edge of every edge; number 3i + k is side k of live face i.
     pub fn edges(&self) -> Vec<u32> {
-        self.mesh.edges().collect()
+        self.mesh.edges()
     }
 
     /// Ends of a half edge: numbers of vertices that stay theirs.

@@ -96,7 +96,10 @@ mod tests {
         let mesh = Connectivity::from_faces(5, &[[0, 1, 2], [0, 2, 3], [0, 3, 4]]).unwrap();
         let [x, y] = [&[0][..], &[1]].map(sides);
         let edge = |ends: [u32; 2]| {
-            mesh.edges().find(|h| [mesh.origin(*h), mesh.dest(*h)].iter().all(|v| ends.contains(v))).unwrap()
+            mesh.edges()
+                .into_iter()
+                .find(|h| [mesh.origin(*h), mesh.dest(*h)].iter().all(|v| ends.contains(v)))
+                .unwrap()
         };
         // A flip of 0–2 joins 1 and 3.
         assert!(flip_bridges(&mesh, |v| [x, x, y, x, y][v as usize], edge([0, 2])));

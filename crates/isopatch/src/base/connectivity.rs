@@ -138,13 +138,26 @@ impl Connectivity {
     }
 
     /// One half edge of every edge that exists.
-    pub fn edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..self.half_edge_bound()).filter(|h| self.is_edge(*h))
+    pub fn edges(&self) -> Vec<u32> {
+        // Of two half edges one is left, in no order that the branches of a filter could be foretold from.
+        let mut edges = vec![0; self.twin.len() + 1];
+        let mut count = 0;
+        for h in 0..self.half_edge_bound() {
+            edges[count] = h;
+            count += usize::from(self.is_edge(h));
+        }
+        edges.truncate(count);
+        edges
+    }
+
+    /// The ends of all edges, in the same order.
+    pub fn edge_ends(&self) -> Vec<[usize; 2]> {
+        self.edges().into_iter().map(|h| [self.origin(h), self.dest(h)].map(|v| v as usize)).collect()
     }
 
     /// Is it the half edge that stands for its edge in [`Connectivity::edges`]?
     pub fn is_edge(&self, h: u32) -> bool {
-        self.is_half_edge(h) && h < self.twin[h as usize]
+        self.is_half_edge(h) & (h < self.twin[h as usize])
     }
 
     /// Vertices that exist.
@@ -444,12 +457,12 @@ mod tests {
         let m = mesh.split(0);
         assert_eq!((mesh.face_count(), mesh.valence(m)), (10, 4));
         check(&mut mesh);
-        let edge = mesh.edges().find(|h| mesh.can_flip(*h)).unwrap();
+        let edge = mesh.edges().into_iter().find(|h| mesh.can_flip(*h)).unwrap();
         let [c, d] = mesh.apexes(edge).unwrap();
         mesh.flip(edge);
         assert!(mesh.are_neighbours(c, d));
         check(&mut mesh);
-        let edge = mesh.edges().find(|h| mesh.can_collapse(*h)).unwrap();
+        let edge = mesh.edges().into_iter().find(|h| mesh.can_collapse(*h)).unwrap();
         mesh.collapse(edge);
         assert_eq!(mesh.face_count(), 8);
         check(&mut mesh);
@@ -458,7 +471,7 @@ mod tests {
     #[test]
     fn a_tetrahedron_can_neither_collapse_nor_flip() {
         let mesh = Connectivity::from_faces(4, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap();
-        assert!(mesh.edges().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
+        assert!(mesh.edges().into_iter().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
     }
 
     /// A hexagon of six triangles around vertex 6.
@@ -468,7 +481,10 @@ mod tests {
     }
 
     fn edge_between(mesh: &Connectivity, a: u32, b: u32) -> u32 {
-        mesh.edges().find(|h| [[a, b], [b, a]].contains(&[mesh.origin(*h), mesh.dest(*h)])).unwrap()
+        mesh.edges()
+            .into_iter()
+            .find(|h| [[a, b], [b, a]].contains(&[mesh.origin(*h), mesh.dest(*h)]))
+            .unwrap()
     }
 
     /// Twins, rings, and a disk.
@@ -539,7 +555,7 @@ mod tests {
     fn sorting_renumbers_the_same_triangles_after_changes() {
         let mut mesh = Connectivity::from_faces(6, &OCTAHEDRON).unwrap();
         mesh.split(0);
-        let edge = mesh.edges().find(|h| mesh.can_collapse(*h)).unwrap();
+        let edge = mesh.edges().into_iter().find(|h| mesh.can_collapse(*h)).unwrap();
         mesh.collapse(edge);
         let turned = |f: [u32; 3]| {
             let least = (0..3).min_by_key(|i| f[*i]).unwrap_or(0);
@@ -563,7 +579,7 @@ mod tests {
     #[test]
     fn a_single_triangle_can_only_be_split() {
         let mut mesh = Connectivity::from_faces(3, &[[0, 1, 2]]).unwrap();
-        assert!(mesh.edges().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
+        assert!(mesh.edges().into_iter().all(|h| !mesh.can_collapse(h) && !mesh.can_flip(h)));
         mesh.split(0);
         check_disk(&mesh);
     }

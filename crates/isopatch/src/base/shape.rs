@@ -24,14 +24,9 @@ pub(super) fn area_vector([a, b, c]: [Point3; 3]) -> Vec3 {
 /// Cosine of the largest angle of a triangle; −1 if two corners agree.
 pub(super) fn largest_angle_cosine([a, b, c]: [Point3; 3]) -> f64 {
     let (ab, bc, ca) = ((b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared());
-    // The largest angle is opposite to the longest edge; law of cosines.
-    let (longest, s, t) = if ab >= bc && ab >= ca {
-        (ab, bc, ca)
-    } else if bc >= ca {
-        (bc, ab, ca)
-    } else {
-        (ca, ab, bc)
-    };
+    // The largest angle is opposite to the longest edge; law of cosines. Which one that is cannot be foretold by branches.
+    let (s, longer) = if ab < bc { (ab, bc) } else { (bc, ab) };
+    let (t, longest) = if longer < ca { (longer, ca) } else { (ca, longer) };
     if s * t == 0.0 { -1.0 } else { (s + t - longest) / (2.0 * (s * t).sqrt()) }
 }
 

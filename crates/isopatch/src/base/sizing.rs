@@ -53,27 +53,27 @@ pub(super) const UNIT_TRIANGLE: f64 = 0.433_012_701_892_219_3;
 /// Edges, faces or vertices that one task looks at.
 const TASK: usize = 64;
 
-/// Sweeps over the edges that spread short lengths; each sweep passes them on along the numbering, so a few are enough.
+/// Sweeps over the edges, there and back, that spread short lengths; each sweep passes them on along the numbering, so a few are
+/// enough.
 const GRADATION_SWEEPS: usize = 12;
 
-/// Lowers lengths until neighbours differ by at most `gradation` times their distance.
-pub(super) fn limit_gradation(mesh: &Connectivity, x: &[Point3], gradation: f64, size: &mut [f64]) {
-    let step = |h: u32| {
-        let (a, b) = (mesh.origin(h) as usize, mesh.dest(h) as usize);
-        (a, b, gradation * (x[a] - x[b]).norm())
-    };
-    let edges: Vec<u32> = mesh.edges().collect();
-    let steps: Vec<(usize, usize, f64)> = edges.into_par_iter().evenly_by(TASK).map(step).collect();
-    for _ in 0..GRADATION_SWEEPS {
+/// Lowers lengths until the ends of an edge differ by at most `gradation` times their distance.
+pub(super) fn limit_gradation(edges: &[[usize; 2]], x: &[Point3], gradation: f64, size: &mut [f64]) {
+    let step = |&[a, b]: &[usize; 2]| (a, b, gradation * (x[a] - x[b]).norm());
+    let steps: Vec<(usize, usize, f64)> = edges.par_iter().evenly_by(TASK).map(step).collect();
+    for sweep in 0..GRADATION_SWEEPS {
         let mut changed = false;
-        for &(a, b, step) in &steps {
-            if size[a] > size[b] + step {
-                size[a] = size[b] + step;
-                changed = true;
-            } else if size[b] > size[a] + step {
-                size[b] = size[a] + step;
+        let mut relax = |(a, b, step): &(usize, usize, f64)| {
+            let most = size[*a].min(size[*b]) + step;
+            if size[*a].max(size[*b]) > most {
+                size[*a] = size[*a].min(most);
+                size[*b] = size[*b].min(most);
                 changed = true;
             }
+        };
+        match sweep % 2 {
+            0 => steps.iter().for_each(&mut relax),
+            _ => steps.iter().rev().for_each(&mut relax),
         }
         if !changed {
             break;
@@ -107,13 +107,11 @@ impl FaceAreas {
 /// proportional to E^(−1/6), with E averaged over the edges of a vertex and its neighbours.
 pub(super) fn sizes_from_errors(
     field: &dyn Field,
-    mesh: &Connectivity,
+    edges: &[[usize; 2]],
     x: &[Point3],
     normal: &[Vec3],
     tensor: &[Mat3],
 ) -> Vec<f64> {
-    let edges: Vec<[usize; 2]> =
-        mesh.edges().map(|h| [mesh.origin(h), mesh.dest(h)].map(|v| v as usize)).collect();
     let rate_of = |edges: &[[usize; 2]]| {
         let middles: Points = edges.iter().map(|[a, b]| curve_middle(x, normal, tensor, *a, *b)).collect();
         let (mut f, mut gradient) = (vec![0.0; edges.len()], Points::zeros(edges.len()));
@@ -125,7 +123,7 @@ pub(super) fn sizes_from_errors(
     };
     let rates: Vec<f64> = edges.par_chunks(TASK).evenly().flat_map_iter(rate_of).collect();
     let mut rate = vec![(0.0, 0.0); x.len()];
-    for (e, [a, b]) in rates.into_iter().zip(&edges) {
+    for (e, [a, b]) in rates.into_iter().zip(edges) {
         if e.is_finite() {
             for v in [*a, *b] {
                 rate[v].0 += e;
@@ -135,7 +133,7 @@ pub(super) fn sizes_from_errors(
     }
     let rate: Vec<f64> = rate.iter().map(|(sum, n)| sum / f64::max(*n, 1.0)).collect();
     let mut smooth = vec![(0.0, 0.0); x.len()];
-    for [a, b] in &edges {
+    for [a, b] in edges {
         for (v, w) in [(*a, *b), (*b, *a)] {
             smooth[v].0 += rate[w];
             smooth[v].1 += 1.0;
@@ -211,7 +209,8 @@ pub(super) fn blend_with_curvature(
 ///
 /// `lean` holds the edge lengths for which faces would not lean too far from the surface normal.
 pub(super) fn sizes_for_count(
-    mesh: &Connectivity,
+    areas: &FaceAreas,
+    edges: &[[usize; 2]],
     x: &[Point3],
     curvature: &[f64],
     relative: &[f64],
@@ -219,12 +218,11 @@ pub(super) fn sizes_for_count(
     faces: usize,
     options: &SizingOptions,
 ) -> Vec<f64> {
-    let areas = FaceAreas::new(mesh, x);
     let mean = (areas.predicted_faces(&vec![1.0; x.len()]) / faces as f64).sqrt();
     let reference = median(relative);
     let mut size: Vec<f64> =
         relative.iter().map(|l| mean * (l / reference).clamp(1.0 / options.ratio, options.ratio)).collect();
-    limit_gradation(mesh, x, options.gradation, &mut size);
+    limit_gradation(edges, x, options.gradation, &mut size);
     // Scaling all lengths changes the count, and the caps cut some: alternate a few times.
     const ROUNDS: usize = 3;
     for _ in 0..ROUNDS {
@@ -249,7 +247,7 @@ pub(super) fn automatic_count(
 ) -> usize {
     let mut size: Vec<f64> =
         curvature.iter().map(|k| (options.turn / k).min(options.longest * diagonal)).collect();
-    limit_gradation(mesh, x, options.gradation, &mut size);
+    limit_gradation(&mesh.edge_ends(), x, options.gradation, &mut size);
     let faces = FaceAreas::new(mesh, x).predicted_faces(&size).ceil() as usize;
     faces + faces % 2
 }

@@ -3,7 +3,7 @@
 use crate::parallel::Evenly;
 use rayon::prelude::*;
 
-use super::{Remesher, TASK};
+use super::{Remesher, SizingOptions, TASK};
 use crate::base::border::flip_bridges;
 use crate::base::shape::largest_angle_cosine;
 
@@ -13,6 +13,24 @@ const FLIP_FACING: f64 = 0.3;
 /// Cosine of 110°: corners up to this are no reason for a flip.
 const WIDE: f64 = -0.34;
 
+/// How wide a face's corners are, and how far it leans; of two faces the worse of both.
+struct Form {
+    /// Cosine of the widest corner.
+    widest: f64,
+    /// Least cosine between the face's normal and those at its corners.
+    facing: f64,
+}
+
+impl Form {
+    fn is_wide(&self) -> bool {
+        self.widest < WIDE
+    }
+
+    fn leans(&self, options: &SizingOptions) -> bool {
+        self.facing < options.lean.to_radians().cos()
+    }
+}
+
 impl Remesher<'_> {
     /// May the edge be flipped, as far as the connectivity and the sides of the box are concerned?
     pub(super) fn can_flip(&self, h: u32) -> bool {
@@ -20,23 +38,26 @@ impl Remesher<'_> {
             && !self.clip.as_ref().is_some_and(|c| flip_bridges(&self.mesh, |v| c.sides[v as usize], h))
     }
 
-    /// Widest corner (as a cosine) and worst facing of the two faces at an edge, whose right apex is d, before and after
-    /// a flip.
-    fn compare_flip(&self, h: u32, d: u32) -> [(f64, f64); 2] {
+    /// The two faces at an edge, whose right apex is d, before and after a flip.
+    fn faces_of_flip(&self, h: u32, d: u32) -> [[[u32; 3]; 2]; 2] {
         let [a, b, c] = self.mesh.corners(h);
-        let judge = |faces: [[u32; 3]; 2]| {
-            let widest = faces.map(|f| largest_angle_cosine(self.corners(f)));
-            let facing = faces.map(|f| self.facing_of(f));
-            (widest[0].min(widest[1]), facing[0].min(facing[1]))
-        };
-        [judge([[a, b, c], [b, a, d]]), judge([[d, c, a], [c, d, b]])]
+        [[[a, b, c], [b, a, d]], [[d, c, a], [c, d, b]]]
+    }
+
+    fn form(&self, face: [u32; 3]) -> Form {
+        Form { widest: largest_angle_cosine(self.corners(face)), facing: self.facing_of(face) }
+    }
+
+    fn worst_form(&self, faces: [[u32; 3]; 2]) -> Form {
+        let [a, b] = faces.map(|f| self.form(f));
+        Form { widest: a.widest.min(b.widest), facing: a.facing.min(b.facing) }
     }
 
     /// Flips that bring valences nearer to six.
     pub(super) fn flip_for_valence(&mut self) {
         let mut valence: Vec<i32> = vec![0; self.mesh.vertex_bound()];
         self.mesh.faces().flatten().for_each(|v| valence[v as usize] += 1);
-        let edges: Vec<u32> = self.mesh.edges().collect();
+        let edges = self.mesh.edges();
         for h in edges {
             let ends = [self.mesh.origin(h), self.mesh.dest(h)].map(|v| v as usize);
             let Some(apexes) = self.mesh.apexes(h).map(|a| a.map(|v| v as usize)) else { continue };
@@ -47,11 +68,11 @@ impl Remesher<'_> {
             if gain <= 0 || !self.can_flip(h) {
                 continue;
             }
-            let [before, after] = self.compare_flip(h, apexes[1] as u32);
+            let [before, after] = self.faces_of_flip(h, apexes[1] as u32).map(|faces| self.worst_form(faces));
             // Corners up to 143° may stay as wide as they are.
             const WIDEST: f64 = -0.8;
-            let too_wide = after.0 < WIDEST.min(before.0);
-            if too_wide || (after.1 < FLIP_FACING && after.1 < before.1) {
+            let too_wide = after.widest < WIDEST.min(before.widest);
+            if too_wide || (after.facing < FLIP_FACING && after.facing < before.facing) {
                 continue;
             }
             self.mesh.flip(h);
@@ -74,21 +95,15 @@ impl Remesher<'_> {
         const PASSES: usize = 4;
         for _ in 0..PASSES {
             let mut flips = 0;
-            let edges: Vec<u32> = self.mesh.edges().collect();
-            let found = edges.into_par_iter().evenly_by(TASK).map(|h| (h, self.is_better_flipped(h)));
-            let found: Vec<(u32, bool)> = found.collect();
-            // What was found in parallel holds until one of the faces at the edge changes.
-            let mut is_stale = vec![false; self.mesh.half_edge_bound() as usize / 3];
-            for (h, was_better) in found {
+            let faces = self.mesh.faces_in_parallel().evenly_by(TASK);
+            // Only flips of poor faces gain something, or of those that are new.
+            let mut may_gain: Vec<bool> = faces.map(|face| self.is_poor(&self.form(face))).collect();
+            for h in self.mesh.edges() {
                 let sides = [Some(h), self.mesh.twin(h)];
                 let faces = sides.into_iter().flatten().map(|h| h as usize / 3);
-                let is_better = match faces.clone().any(|f| is_stale[f]) {
-                    true => self.is_better_flipped(h),
-                    false => was_better,
-                };
-                if is_better && self.can_flip(h) {
+                if faces.clone().any(|f| may_gain[f]) && self.is_better_flipped(h) && self.can_flip(h) {
                     self.mesh.flip(h);
-                    faces.for_each(|f| is_stale[f] = true);
+                    faces.for_each(|f| may_gain[f] = true);
                     flips += 1;
                 }
             }
@@ -104,10 +119,21 @@ impl Remesher<'_> {
         // Cosine of 120°: what a flip against leaning may leave as the widest corner.
         const WIDEST: f64 = -0.5;
         let Some([_, d]) = self.mesh.apexes(h) else { return false };
-        let [before, after] = self.compare_flip(h, d);
-        let turns = after.1 < before.1 - 0.1 || (after.1 < FLIP_FACING && after.1 < before.1);
-        let narrower = before.0 < WIDE && after.0 > before.0 + GAIN && !turns;
-        let leaning = before.1 < self.options.sizing.lean.to_radians().cos();
-        narrower || (leaning && after.1 > before.1 + GAIN && after.0 > WIDEST.min(before.0))
+        let [faces, flipped] = self.faces_of_flip(h, d);
+        let before = self.worst_form(faces);
+        if !self.is_poor(&before) {
+            return false;
+        }
+        let after = self.worst_form(flipped);
+        let turns = after.facing < before.facing - 0.1
+            || (after.facing < FLIP_FACING && after.facing < before.facing);
+        let narrower = before.is_wide() && after.widest > before.widest + GAIN && !turns;
+        let leans_less = before.leans(&self.options.sizing) && after.facing > before.facing + GAIN;
+        narrower || (leans_less && after.widest > WIDEST.min(before.widest))
+    }
+
+    /// Is there a reason for a flip?
+    fn is_poor(&self, form: &Form) -> bool {
+        form.is_wide() || form.leans(&self.options.sizing)
     }
 }

@@ -14,7 +14,8 @@ use super::error::BaseError;
 use super::project::ProjectOptions;
 use super::shape::{area_vector, facing, unit_or_zero};
 use super::sizing::{
-    SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors, stretch,
+    FaceAreas, SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors,
+    stretch,
 };
 use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
@@ -107,23 +108,8 @@ pub(super) fn remesh_to(
     diagonal: f64,
     options: &RemeshOptions,
 ) -> Result<TriangleMesh, BaseError> {
-    let Some(connectivity) = Connectivity::from_faces(mesh.positions.len(), &mesh.faces) else {
+    let Some(mut work) = Remesher::new(field, mesh, lengths, diagonal, options) else {
         return Ok(mesh.clone());
-    };
-    let mut work = Remesher {
-        field,
-        options,
-        diagonal,
-        mesh: connectivity,
-        x: mesh.positions.clone(),
-        normal: Vec::new(),
-        curvature: Vec::new(),
-        tensor: Vec::new(),
-        size: Vec::new(),
-        metric: Vec::new(),
-        relative: lengths.map_or_else(|| vec![1.0; mesh.positions.len()], <[f64]>::to_vec),
-        given_lengths: lengths.is_some(),
-        clip: mesh.clip.clone(),
     };
     work.put_on_surface();
     work.remove_bridges();
@@ -150,15 +136,46 @@ pub(super) fn remesh_to(
     Ok(TriangleMesh { faces: work.mesh.faces().collect(), positions: work.x, clip: work.clip })
 }
 
+impl<'a> Remesher<'a> {
+    /// None if more than one boundary passes through a vertex.
+    fn new(
+        field: &'a dyn Field,
+        mesh: &TriangleMesh,
+        lengths: Option<&[f64]>,
+        diagonal: f64,
+        options: &'a RemeshOptions,
+    ) -> Option<Self> {
+        let count = mesh.positions.len();
+        Some(Self {
+            field,
+            options,
+            diagonal,
+            mesh: Connectivity::from_faces(count, &mesh.faces)?,
+            x: mesh.positions.clone(),
+            normal: Vec::new(),
+            curvature: Vec::new(),
+            tensor: Vec::new(),
+            // Any length will do, until lengths are chosen.
+            size: vec![f64::INFINITY; count],
+            metric: vec![Mat3::identity(); count],
+            relative: lengths.map_or_else(|| vec![1.0; count], <[f64]>::to_vec),
+            given_lengths: lengths.is_some(),
+            clip: mesh.clip.clone(),
+        })
+    }
+}
+
 impl Remesher<'_> {
     pub fn update_sizes(&mut self, faces: usize) {
+        let edges = self.mesh.edge_ends();
         if !self.given_lengths {
-            let errors = sizes_from_errors(self.field, &self.mesh, &self.x, &self.normal, &self.tensor);
+            let errors = sizes_from_errors(self.field, &edges, &self.x, &self.normal, &self.tensor);
             self.relative = blend_with_curvature(errors, &self.curvature, &self.options.sizing);
         }
         let caps = self.lean_caps();
         self.size = sizes_for_count(
-            &self.mesh,
+            &FaceAreas::new(&self.mesh, &self.x),
+            &edges,
             &self.x,
             &self.curvature,
             &self.relative,
@@ -187,16 +204,12 @@ impl Remesher<'_> {
         cap
     }
 
-    /// Renumbers vertices after splits and removals.
-    pub fn compact(&mut self) {
+    /// Renumbers vertices after splits and removals. What is known of the surface there, and the metric, are to be found anew.
+    fn compact(&mut self) {
         let kept = if self.mesh.face_count() < SORTED { self.mesh.compact() } else { self.sorted() };
         let pick = |i: &u32| *i as usize;
         self.x = kept.iter().map(|i| self.x[pick(i)]).collect();
-        self.normal = kept.iter().map(|i| self.normal[pick(i)]).collect();
-        self.curvature = kept.iter().map(|i| self.curvature[pick(i)]).collect();
-        self.tensor = kept.iter().map(|i| self.tensor[pick(i)]).collect();
         self.size = kept.iter().map(|i| self.size[pick(i)]).collect();
-        self.metric = kept.iter().map(|i| self.metric[pick(i)]).collect();
         self.relative = kept.iter().map(|i| self.relative[pick(i)]).collect();
         if let Some(clip) = &mut self.clip {
             clip.sides = kept.iter().map(|i| clip.sides[pick(i)]).collect();
@@ -231,7 +244,7 @@ impl Remesher<'_> {
 
     /// Edges whose relative length passes the test, with that length; in a fixed order, shortest first.
     fn edges_by_length(&self, wanted: impl Fn(f64) -> bool + Sync) -> Vec<(f64, u32)> {
-        let all: Vec<u32> = self.mesh.edges().collect();
+        let all = self.mesh.edges();
         let lengths = all.into_par_iter().evenly_by(TASK).map(|h| (self.relative_length(h), h));
         // Lists of unknown length would grow on all threads, which wait for each other's memory.
         let mut edges: Vec<(f64, u32)> = lengths.collect();
@@ -269,8 +282,15 @@ impl Remesher<'_> {
         if self.clip.is_none() {
             return;
         }
-        let edges: Vec<u32> = self.mesh.edges().collect();
-        for h in edges {
+        // A split gives other edges of its faces new numbers.
+        while self.remove_some_bridges() {}
+        self.put_on_surface();
+    }
+
+    /// One look at every edge for [`Remesher::remove_bridges`]; was one split?
+    fn remove_some_bridges(&mut self) -> bool {
+        let before = self.mesh.face_count();
+        for h in self.mesh.edges() {
             let (a, b) = (self.mesh.origin(h), self.mesh.dest(h));
             let Some([c, d]) = self.mesh.apexes(h) else { continue };
             if self.sides(a).common(self.sides(b)).is_empty() {
@@ -286,7 +306,7 @@ impl Remesher<'_> {
                 *last = middle;
             }
         }
-        self.put_on_surface();
+        self.mesh.face_count() > before
     }
 
     /// Collapses the relatively shortest or splits the relatively longest edges until the face count is right.
@@ -331,5 +351,39 @@ impl Remesher<'_> {
 
     fn facing_of(&self, f: [u32; 3]) -> f64 {
         facing(self.corners(f), f.map(|v| &self.normal[v as usize]))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
+mod tests {
+    use super::*;
+    use crate::base::test_fields::field;
+    use crate::geom::Aabb;
+
+    /// Half a torus by six faces: every vertex is in the side that cuts it, so that every edge inside is a bridge, and the edges
+    /// to flip one to are there already.
+    #[test]
+    fn bridges_that_cannot_be_flipped_are_split() {
+        let torus = field("(sqrt(x^2+y^2)-2)^2+z^2-1");
+        let bounds = Aabb::new([-3.5, -3.5, 0.0].into(), [3.5, 3.5, 1.5].into());
+        let circle = |radius: f64, degrees: [f64; 3]| {
+            degrees.map(|d| Point3::new(radius * d.to_radians().cos(), radius * d.to_radians().sin(), 0.0))
+        };
+        let positions = [circle(1.0, [60.0, 120.0, 240.0]), circle(3.0, [0.0, 120.0, 240.0])].concat();
+        let sides = positions.iter().map(|p| BoxSides::of(p, &bounds)).collect();
+        let faces = vec![[0, 3, 4], [3, 0, 2], [3, 2, 5], [2, 4, 5], [1, 4, 2], [0, 4, 1]];
+        let mesh = TriangleMesh { positions, faces, clip: Some(Clip { bounds, sides }) };
+        let options = RemeshOptions::default();
+        let mut work = Remesher::new(&torus, &mesh, None, 7.0, &options).unwrap();
+        work.put_on_surface();
+        work.remove_bridges();
+        assert!(work.mesh.face_count() > mesh.faces.len());
+        let is_bridge = |h: &u32| {
+            let [a, b] = [work.mesh.origin(*h), work.mesh.dest(*h)].map(|v| work.sides(v));
+            !work.mesh.is_boundary(*h) && !a.common(b).is_empty()
+        };
+        assert!(!work.mesh.edges().iter().any(is_bridge));
+        assert_eq!([work.size.len(), work.metric.len()], [work.x.len(); 2]);
     }
 }
