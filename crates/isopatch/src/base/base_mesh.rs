@@ -1,4 +1,5 @@
 use super::clip::{BoxSides, Clip};
+use super::jets::of_jets;
 use crate::field::Field;
 use crate::geom::{Aabb, Mat3, Point3, Vec3};
 use crate::mesh::{EdgeId, HalfEdgeMesh, VertexId};
@@ -38,13 +39,8 @@ pub struct BaseMesh {
 impl BaseMesh {
     /// Takes normals and curvature tensors from the field at the given positions, which are on its surface.
     pub fn from_field(field: &dyn Field, mesh: HalfEdgeMesh, positions: Vec<Point3>) -> Self {
-        let (normals, curvatures) = positions
-            .iter()
-            .map(|p| {
-                let jet = field.jet(*p);
-                (jet.gradient.normalize(), jet.curvature_tensor())
-            })
-            .unzip();
+        let known = of_jets(field, &positions, |jet| (jet.gradient.normalize(), jet.curvature_tensor()));
+        let (normals, curvatures) = known.into_iter().unzip();
         Self::from_parts(mesh, positions, normals, curvatures)
     }
 

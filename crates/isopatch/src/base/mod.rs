@@ -28,6 +28,7 @@ mod error;
 mod estimate;
 mod failures;
 mod given;
+mod jets;
 mod local;
 mod marching;
 mod numbering;

@@ -1,13 +1,11 @@
 //! A fine triangle mesh near the surface, with what the choice of the base mesh needs to know.
 
-use crate::parallel::Evenly;
-use rayon::prelude::*;
-
 use super::bounds::{clipped_sides, side_beyond, tighten};
 use super::clip::BoxSide;
 use super::connectivity::Connectivity;
 use super::corners::gather_at_corners;
 use super::error::BaseError;
+use super::jets::of_jets;
 use super::polygonize::{Polygonization, PolygonizeOptions, polygonize};
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::RemeshOptions;
@@ -151,16 +149,12 @@ fn refuse_side(field: &dyn Field, bounds: &Aabb, region: &Aabb) -> Result<(), Ba
 
 fn describe(field: &dyn Field, made: Polygonization) -> Seed {
     let Polygonization { mesh, certified, cells, step } = made;
-    let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = mesh
-        .positions
-        .par_iter()
-        .evenly()
-        .map(|p| {
-            let jet = field.jet(*p);
-            let k = largest_curvature(&jet.curvature_tensor());
-            (unit_or_zero(&jet.gradient), if k.is_finite() { k } else { 0.0 })
-        })
-        .unzip();
+    let (normals, curvatures): (Vec<Vec3>, Vec<f64>) = of_jets(field, &mesh.positions, |jet| {
+        let k = largest_curvature(&jet.curvature_tensor());
+        (unit_or_zero(&jet.gradient), if k.is_finite() { k } else { 0.0 })
+    })
+    .into_iter()
+    .unzip();
     let diagonal = Aabb::around(&mesh.positions).diagonal();
     let curvatures = with_turns(&mesh, &normals, curvatures);
     let negative_outside = mesh.clip.is_none() && signed_volume(&mesh) < 0.0;

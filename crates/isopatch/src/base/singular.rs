@@ -3,6 +3,7 @@
 use crate::parallel::Evenly;
 use rayon::prelude::*;
 
+use super::jets::of_jets;
 use crate::field::Field;
 use crate::geom::{Aabb, Jet, Mat3, Point3};
 
@@ -27,7 +28,7 @@ const ON_SURFACE: f64 = 1e-12;
 /// Gauss–Newton steps. A numerical search: it may miss singular points, but what it finds is one to rounding.
 pub fn find_singular(field: &dyn Field, points: &[Point3], reach: f64) -> Option<Point3> {
     let diagonal = Aabb::around(points).diagonal();
-    let jets: Vec<Jet> = points.par_iter().evenly().map(|p| field.jet(*p)).collect();
+    let jets: Vec<Jet> = of_jets(field, points, Clone::clone);
     let typical = median(jets.iter().map(|j| j.gradient.norm()).collect());
     let mut starts: Vec<(f64, usize)> = jets
         .iter()

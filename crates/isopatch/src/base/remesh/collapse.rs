@@ -63,7 +63,6 @@ impl Remesher<'_> {
         self.mesh.collapse(h);
         self.x[i] = middle;
         self.normal[i] = n;
-        self.curvature[i] = self.curvature[i].max(self.curvature[j]);
         self.size[i] = 0.5 * (self.size[i] + self.size[j]);
         self.metric[i] = metric;
         self.relative[i] = 0.5 * (self.relative[i] + self.relative[j]);

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use super::clip::{BoxSides, Clip};
 use super::connectivity::Connectivity;
 use super::error::BaseError;
+use super::jets::of_jets;
 use super::project::ProjectOptions;
-use super::shape::{area_vector, facing, unit_or_zero};
+use super::shape::{area_vector, facing, largest_curvature, unit_or_zero};
 use super::sizing::{
     FaceAreas, SizingOptions, UNIT_TRIANGLE, blend_with_curvature, sizes_for_count, sizes_from_errors,
     stretch,
@@ -69,10 +70,6 @@ pub(super) struct Remesher<'a> {
     pub mesh: Connectivity,
     pub x: Vec<Point3>,
     pub normal: Vec<Vec3>,
-    /// Largest curvature |k|max at each vertex.
-    pub curvature: Vec<f64>,
-    /// Curvature tensor at each vertex.
-    pub tensor: Vec<Mat3>,
     /// Wanted edge length at each vertex.
     pub size: Vec<f64>,
     /// Metric of relative lengths at each vertex.
@@ -153,8 +150,6 @@ impl<'a> Remesher<'a> {
             mesh: Connectivity::from_faces(count, &mesh.faces)?,
             x: mesh.positions.clone(),
             normal: Vec::new(),
-            curvature: Vec::new(),
-            tensor: Vec::new(),
             // Any length will do, until lengths are chosen.
             size: vec![f64::INFINITY; count],
             metric: vec![Mat3::identity(); count],
@@ -168,22 +163,26 @@ impl<'a> Remesher<'a> {
 impl Remesher<'_> {
     pub fn update_sizes(&mut self, faces: usize) {
         let edges = self.mesh.edge_ends();
+        // Without a gradient there is no curvature; that is found out at the end.
+        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
+        let tensor = of_jets(self.field, &self.x, |jet| finite(jet.curvature_tensor()));
+        let curvature: Vec<f64> = tensor.par_iter().evenly_by(TASK).map(largest_curvature).collect();
         if !self.given_lengths {
-            let errors = sizes_from_errors(self.field, &edges, &self.x, &self.normal, &self.tensor);
-            self.relative = blend_with_curvature(errors, &self.curvature, &self.options.sizing);
+            let errors = sizes_from_errors(self.field, &edges, &self.x, &self.normal, &tensor);
+            self.relative = blend_with_curvature(errors, &curvature, &self.options.sizing);
         }
         let caps = self.lean_caps();
         self.size = sizes_for_count(
             &FaceAreas::new(&self.mesh, &self.x),
             &edges,
             &self.x,
-            &self.curvature,
+            &curvature,
             &self.relative,
             &caps,
             faces,
             &self.options.sizing,
         );
-        let pairs = self.tensor.par_iter().zip(&self.normal).evenly_by(TASK);
+        let pairs = tensor.par_iter().zip(&self.normal).evenly_by(TASK);
         self.metric = pairs.map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
     }
 
@@ -269,8 +268,6 @@ impl Remesher<'_> {
         self.mesh.split(h);
         self.x.push(0.5 * (self.x[a] + self.x[b]));
         self.normal.push(unit_or_zero(&(self.normal[a] + self.normal[b])));
-        self.curvature.push(0.5 * (self.curvature[a] + self.curvature[b]));
-        self.tensor.push(0.5 * (self.tensor[a] + self.tensor[b]));
         self.size.push(0.5 * (self.size[a] + self.size[b]));
         self.metric.push(0.5 * (self.metric[a] + self.metric[b]));
         self.relative.push(0.5 * (self.relative[a] + self.relative[b]));

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use super::{Remesher, TASK};
 use crate::base::clip::BoxSides;
 use crate::base::project::project_chunk;
-use crate::base::shape::{area_vector, largest_curvature, unit_or_zero};
-use crate::geom::{Mat3, Point3, Vec3};
+use crate::base::shape::{area_vector, unit_or_zero};
+use crate::geom::{Point3, Points, Vec3};
 use crate::mesh::buckets::Buckets;
 
 /// A vertex that moves farther than this times the wanted edge length has left its place: neighbours would have to follow.
@@ -27,26 +27,17 @@ impl Remesher<'_> {
     ) -> (Vec<Point3>, Vec<Vec3>) {
         let n = self.x.len();
         let (mut x, mut normal) = (vec![Point3::zeros(); n], vec![Vec3::zeros(); n]);
-        let (mut tensor, mut curvature) =
-            (std::mem::take(&mut self.tensor), std::mem::take(&mut self.curvature));
-        tensor.resize(n, Mat3::zeros());
-        curvature.resize(n, 0.0);
         let moved = x.par_chunks_mut(TASK).zip(normal.par_chunks_mut(TASK));
-        let known = tensor.par_chunks_mut(TASK).zip(curvature.par_chunks_mut(TASK));
-        moved.zip(known).enumerate().evenly().for_each(|(task, ((x, normal), (tensor, curvature)))| {
+        moved.enumerate().evenly().for_each(|(task, (x, normal))| {
             let first = task * TASK;
             (first..).zip(x.iter_mut()).for_each(|(v, x)| *x = target(self, v));
             self.project(first, x);
-            // Without a gradient there is neither normal nor curvature; that is found out at the end.
-            let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
-            for (i, x) in x.iter().enumerate() {
-                let jet = self.field.jet(*x);
-                normal[i] = unit_or_zero(&jet.gradient);
-                tensor[i] = finite(jet.curvature_tensor());
-                curvature[i] = largest_curvature(&tensor[i]);
-            }
+            let points: Points = x.iter().copied().collect();
+            let (mut f, mut gradient) = (vec![0.0; x.len()], Points::zeros(x.len()));
+            self.field.gradients(points.view(), &mut f, gradient.view_mut());
+            // Without a gradient there is no normal; that is found out at the end.
+            normal.iter_mut().enumerate().for_each(|(i, n)| *n = unit_or_zero(&gradient.get(i)));
         });
-        (self.tensor, self.curvature) = (tensor, curvature);
         (std::mem::replace(&mut self.x, x), std::mem::replace(&mut self.normal, normal))
     }
 
