@@ -26,8 +26,8 @@ PATCHES_IN_A_TURN = 10_000
 LOAD = 600
 # Seconds from which a stage is one whose threads count, and how its time is named in answers.
 LONG_STAGE, STAGE = 0.1, "stage "
-# Runs with two threads, at least: they are short, and scatter.
-THREAD_RUNS = 9
+# Runs with two threads and of what takes milliseconds, at least: they are short, and scatter.
+SHORT_RUNS = 9
 # Bytes of a .glb before its JSON: the header of the file and that of the chunk.
 GLB_HEADER = 20
 
@@ -150,7 +150,7 @@ def step(runs, folder):
                 ["step", mesh],
             ),
         ],
-        runs,
+        max(runs, SHORT_RUNS),
         lambda answer: 1e3 * answer["seconds"],
         "ms",
     )
@@ -203,7 +203,7 @@ def refine(runs, folder):
             ],
         }  # fmt: skip
         what = f"320 triangles to points with normals, every edge in {n}, whole process"
-        rows += refined_rows(what, commands, runs)
+        rows += refined_rows(what, commands, max(runs, SHORT_RUNS))
     return rows
 
 
@@ -263,7 +263,7 @@ def threads(runs, folder, tolerance=1e-4):
             alone = first.ask(surface.request(tolerance, files[1]), LOAD)
             same = filecmp.cmp(*files, shallow=False)
             shared, copies, apart = [], [], []
-            for _ in range(max(runs, THREAD_RUNS)):
+            for _ in range(max(runs, SHORT_RUNS)):
                 apart.append(cores.ask(["there and back"], LOAD)["nanoseconds"])
                 shared.append(two.ask(surface.request(tolerance), LOAD))
                 start = time.perf_counter()

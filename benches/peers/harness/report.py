@@ -29,6 +29,7 @@ This page is generated: `benches/peers/run` installs the other programs, runs ev
 - *Bytes*: for meshes 12 a vertex and 12 a triangle; for isopatch the control points, each stored once, 24 bytes, and 12 a
   face. In brackets the native file.
 - *Not reached*: no result within {limit:.0f} s a run and {memory:.0f} GiB; the row shows the best that there was.
+- What takes milliseconds (STEP, refined meshes) is run nine times at least.
 - Two threads against two copies: medians of the ratios of at least nine runs one after the other, of wall time. Cores are so
   far *apart* as it takes a cache line from one to the other and back; where a machine is shared, that changes while it runs.
 - Time for each patch: the sizes are made in turns, the small ones several times in each, and medians count.

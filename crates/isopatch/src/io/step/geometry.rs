@@ -1,11 +1,11 @@
 //! The entities of corners, seams and patches.
 
-use super::decimals::Decimals;
+use super::decimals::{Decimals, Digits, TOGETHER, WIDTH};
 use super::numbering::Numbering;
 use crate::bernstein::{curve, quads};
 use crate::geom::Point3;
 use crate::io::net::{DEGREE, Net};
-use crate::io::text::push_integer;
+use crate::io::text::{NINE_DIGITS, push_integer, push_real};
 use crate::surface::PatchId;
 
 /// Which way the normals of a patch's faces point.
@@ -16,6 +16,9 @@ pub enum Facing {
     /// Against the patch's: the two parameters of each surface are exchanged.
     Turned,
 }
+
+/// Control points strictly inside a curve.
+const INNER: usize = DEGREE - 1;
 
 #[inline(always)]
 fn begin(text: &mut Vec<u8>, id: u64, rest: &str) {
@@ -35,13 +38,55 @@ pub fn push_references(text: &mut Vec<u8>, ids: impl Iterator<Item = u64>) {
     text.push(b')');
 }
 
-fn push_point(text: &mut Vec<u8>, decimals: Decimals, id: u64, p: &Point3) {
+/// Points whose coordinates are turned into digits together.
+const POINTS: usize = TOGETHER / 3;
+const POINT: &[u8; 21] = b"=CARTESIAN_POINT('',(";
+/// Characters of a point of fewer than nine digits: its number, and three coordinates with what stands after each.
+const LINE: usize = 9 + POINT.len() + 3 * (WIDTH + 1) + 3;
+
+/// Appends points, numbered from `first` on.
+fn push_points(text: &mut Vec<u8>, decimals: Decimals, first: u64, points: &[Point3]) {
+    for (start, points) in (first..).step_by(POINTS).zip(points.chunks(POINTS)) {
+        let mut coordinates = [0.0; TOGETHER];
+        for (xyz, p) in coordinates.chunks_exact_mut(3).zip(points) {
+            xyz.copy_from_slice(p.as_slice());
+        }
+        match decimals.digits(&coordinates) {
+            Some(digits) if start + (POINTS as u64) < NINE_DIGITS => {
+                (0..points.len()).for_each(|k| push_point_of(text, start + k as u64, &digits, k));
+            }
+            _ => (start..).zip(points).for_each(|(id, p)| push_point(text, id, p)),
+        }
+    }
+}
+
+/// Appends point `k` of those whose digits are given: in room for the longest, so that its length stays in a register.
+#[inline(always)]
+fn push_point_of(text: &mut Vec<u8>, id: u64, digits: &Digits, k: usize) {
+    text.push(b'#');
+    push_integer(text, id);
+    let start = text.len();
+    text.extend_from_slice(&[0; LINE]);
+    let line = &mut text[start..];
+    line[..POINT.len()].copy_from_slice(POINT);
+    let mut at = POINT.len();
+    for coordinate in 3 * k..3 * k + 3 {
+        at = digits.put(coordinate, line, at);
+        line[at] = b',';
+        at += 1;
+    }
+    // In place of the last comma.
+    line[at - 1..at + 3].copy_from_slice(b"));\n");
+    text.truncate(start + at + 3);
+}
+
+fn push_point(text: &mut Vec<u8>, id: u64, p: &Point3) {
     begin(text, id, "CARTESIAN_POINT('',(");
-    decimals.push(text, p.x);
+    push_real(text, p.x);
     text.push(b',');
-    decimals.push(text, p.y);
+    push_real(text, p.y);
     text.push(b',');
-    decimals.push(text, p.z);
+    push_real(text, p.z);
     text.extend_from_slice(b"));\n");
 }
 
@@ -69,7 +114,7 @@ fn push_edge(text: &mut Vec<u8>, id: u64, from: u64, to: u64, curve: u64) {
 
 /// A corner: its point and vertex.
 pub fn push_corner(text: &mut Vec<u8>, ids: &Numbering, decimals: Decimals, corner: u32, p: &Point3) {
-    push_point(text, decimals, ids.corner_point(corner), p);
+    push_points(text, decimals, ids.corner_point(corner), std::slice::from_ref(p));
     push_vertex(text, ids.corner_vertex(corner), ids.corner_point(corner));
 }
 
@@ -83,10 +128,11 @@ pub fn push_seam(
     ends: [u32; 2],
 ) {
     let (first, second) = curve::split_half(row);
-    push_point(text, decimals, ids.seam(seam), &second[0]);
-    for (half, points) in [first, second].iter().enumerate() {
-        (1..DEGREE).for_each(|m| push_point(text, decimals, ids.seam_inner(seam, half, m), &points[m]));
-    }
+    // In the order of their numbers.
+    let mut points = [second[0]; 1 + 2 * INNER];
+    points[1..=INNER].copy_from_slice(&first[1..DEGREE]);
+    points[1 + INNER..].copy_from_slice(&second[1..DEGREE]);
+    push_points(text, decimals, ids.seam(seam), &points);
     push_vertex(text, ids.seam_vertex(seam), ids.seam(seam));
     for half in 0..2 {
         let point = |m| match (half, m) {
@@ -113,16 +159,14 @@ pub fn push_patch(
     facing: Facing,
 ) {
     let quads = quads::split(net);
-    push_point(text, decimals, ids.patch(patch), &quads[0][DEGREE][DEGREE]);
-    for (spoke, quad) in quads.iter().enumerate() {
-        (1..DEGREE)
-            .for_each(|m| push_point(text, decimals, ids.spoke_point(patch, spoke, m), &quad[DEGREE][m]));
+    // In the order of their numbers.
+    let mut points = [quads[0][DEGREE][DEGREE]; 1 + 3 * INNER * (1 + INNER)];
+    let spokes = quads.iter().map(|quad| &quad[DEGREE]);
+    let rows = spokes.chain(quads.iter().flat_map(|quad| &quad[1..DEGREE]));
+    for (inner, row) in points[1..].chunks_exact_mut(INNER).zip(rows) {
+        inner.copy_from_slice(&row[1..DEGREE]);
     }
-    for (q, quad) in quads.iter().enumerate() {
-        for i in 1..DEGREE {
-            (1..DEGREE).for_each(|j| push_point(text, decimals, ids.quad_inner(patch, q, i, j), &quad[i][j]));
-        }
-    }
+    push_points(text, decimals, ids.patch(patch), &points);
     push_vertex(text, ids.centroid_vertex(patch), ids.patch(patch));
     for spoke in 0..3 {
         let points = (0..=DEGREE).map(|m| ids.spoke_point(patch, spoke, m));
