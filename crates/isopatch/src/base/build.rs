@@ -2,7 +2,7 @@
 
 use super::base_mesh::{BaseMesh, EdgeFeature};
 use super::clip::Clip;
-use super::decimate::decimate;
+use super::decimate::Decimation;
 use super::error::BaseError;
 use super::project::{ProjectOptions, project_positions};
 use super::remesh::{RemeshOptions, remesh};
@@ -94,20 +94,18 @@ pub fn base_from_seed(
     seed: &Seed,
     options: &BaseOptions,
 ) -> Result<BaseOutcome, BaseError> {
-    let mut repairs = Vec::new();
-    let faces = match options.faces {
-        None => seed.automatic_faces(&options.remesh),
-        Some(asked) if asked % 2 == 0 || seed.mesh.clip.is_some() => asked,
-        Some(asked) => {
-            repairs.push(Repair {
-                what: format!("{} faces instead of {asked}", asked + 1),
-                place: "whole mesh".into(),
-                why: "a closed triangle mesh has an even number of faces".into(),
-            });
-            asked + 1
-        }
-    };
-    let base = match shaped(field, seed, faces, options) {
+    let is_closed = seed.mesh.clip.is_none();
+    let possible = |asked: usize| if is_closed { asked.saturating_add(asked % 2) } else { asked };
+    let (faces, decimation) = rayon::join(
+        || options.faces.map_or_else(|| seed.automatic_faces(&options.remesh), possible),
+        || Decimation::new(&seed.mesh, &seed.normals),
+    );
+    let raised = options.faces.filter(|asked| *asked != faces).map(|asked| Repair {
+        what: format!("{faces} faces instead of {asked}"),
+        place: "whole mesh".into(),
+        why: "a closed triangle mesh has an even number of faces".into(),
+    });
+    let base = match shaped(field, seed, decimation, faces, options) {
         Ok(base) => base,
         Err(error @ (BaseError::TooFewFaces { .. } | BaseError::InvertedCorner { .. })) => {
             if options.trial {
@@ -123,17 +121,18 @@ pub fn base_from_seed(
     };
     let violations = validity(&base, &options.limits);
     // Every later stage keeps the topology of the seed.
-    Ok(BaseOutcome { base, repairs, violations, certified: seed.certified })
+    Ok(BaseOutcome { base, repairs: raised.into_iter().collect(), violations, certified: seed.certified })
 }
 
 /// The stages after the seed mesh, for one number of faces.
 fn shaped(
     field: &dyn Field,
     seed: &Seed,
+    decimation: Decimation<'_>,
     faces: usize,
     options: &BaseOptions,
 ) -> Result<BaseMesh, BaseError> {
-    let coarse = decimate(&seed.mesh, &seed.normals, faces)?;
+    let coarse = decimation.to(faces)?;
     let fine = remesh(field, &coarse, faces, seed.diagonal, &options.first_remesh())?;
     let base = finish(field, fine, &options.remesh.projection)?;
     require_convex_corners(&validity(&base, &options.limits))?;
@@ -152,6 +151,9 @@ fn least_that_works(
     const GROWTH: f64 = 1.3;
     const BISECTIONS: usize = 3;
     let even = |f: usize| f + f % 2;
+    let shaped_to = |faces: usize| {
+        shaped(field, seed, Decimation::new(&seed.mesh, &seed.normals), faces, options)
+    };
     let mut too_few = faces;
     let mut found = None;
     while found.is_none() {
@@ -159,7 +161,7 @@ fn least_that_works(
         if count > seed.mesh.faces.len() {
             return None;
         }
-        match shaped(field, seed, count, options) {
+        match shaped_to(count) {
             Ok(base) => found = Some((count, base)),
             // Decimation names a lower bound by itself.
             Err(BaseError::TooFewFaces { least, .. }) => too_few = count.max(least.saturating_sub(2)),
@@ -172,7 +174,7 @@ fn least_that_works(
         if middle >= enough || middle <= too_few {
             break;
         }
-        match shaped(field, seed, middle, options) {
+        match shaped_to(middle) {
             Ok(base) => found = Some((middle, base)),
             Err(_) => too_few = middle,
         }

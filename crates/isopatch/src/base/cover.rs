@@ -104,6 +104,11 @@ impl Leaf {
         4.0 * change <= turn * turn * squares(g.map(|form| form.center))
     }
 
+    /// The leaf with a certificate, given with these nodes.
+    fn passed(self, set: NodeSet) -> Self {
+        Self { passed: Some(set), side_doubts: 0, uncertain: false, ..self }
+    }
+
     fn can_be_split(&self) -> bool {
         self.cell.level < DEEPEST && !self.uncertain
     }
@@ -127,13 +132,17 @@ fn open(cells: impl Iterator<Item = (Leaf, bool)>) -> impl Iterator<Item = Leaf>
     cells.filter(|(_, is_empty)| !is_empty).map(|(leaf, _)| leaf)
 }
 
-/// A leaf after its check.
+/// The children of a leaf, and which of them have no zeros.
+type Children = Box<[(Leaf, bool); 8]>;
+
+/// What a check says of a leaf.
 enum Checked {
-    Passed(Leaf),
+    /// It has its certificate with these nodes.
+    Passed(NodeSet),
     /// To be replaced by these.
-    Split(Box<[(Leaf, bool); 8]>),
+    Split(Children),
     /// As fine as can be, and in doubt.
-    Failed(Leaf),
+    Failed,
 }
 
 /// Leaves that cover the surface.
@@ -185,10 +194,10 @@ impl<'a> Cover<'a> {
             let checked: Vec<Checked> =
                 pending.par_iter().evenly().map(|leaf| cover.check_alone(leaf)).collect();
             let mut next = Vec::new();
-            for checked in checked {
+            for (leaf, checked) in pending.iter().zip(checked) {
                 match checked {
-                    Checked::Passed(leaf) => cover.leaves.push(leaf),
-                    Checked::Failed(leaf) => cover.leaves.push(Leaf { uncertain: true, ..leaf }),
+                    Checked::Passed(set) => cover.leaves.push(leaf.passed(set)),
+                    Checked::Failed => cover.leaves.push(Leaf { uncertain: true, ..*leaf }),
                     Checked::Split(children) => next.extend(open(children.into_iter())),
                 }
             }
@@ -222,25 +231,24 @@ impl<'a> Cover<'a> {
     fn check_with(&self, leaf: &Leaf, set: NodeSet, values: &[f64; LOCAL_NODES]) -> Checked {
         let sides = self.lattice.sides(&leaf.cell);
         let offset = self.offset(&leaf.cell);
-        let passed = |set| Leaf { passed: Some(set), side_doubts: 0, uncertain: false, ..*leaf };
         let whole = [Piece::whole(&leaf.bounds)];
         let cuts = if set.is_plain() { [NodeSet::CORNERS, NodeSet::PLAIN] } else { [set; 2] };
         for set in cuts {
             if check(&leaf.cell, &whole, set, values, &sides, offset).is_ok() {
-                return Checked::Passed(passed(set));
+                return Checked::Passed(set);
             }
         }
         if !leaf.can_be_split() {
-            return Checked::Failed(*leaf);
+            return Checked::Failed;
         }
         let children = leaf.children(self.field, &self.lattice);
         let pieces: [Piece; 8] = std::array::from_fn(|i| Piece::child(i, &children[i].0.bounds));
         match check(&leaf.cell, &pieces, cuts[1], values, &sides, offset) {
-            Ok(()) => Checked::Passed(passed(cuts[1])),
+            Ok(()) => Checked::Passed(cuts[1]),
             Err(doubt) => {
                 let side_doubts = if doubt == Doubt::OnSide { leaf.side_doubts + 1 } else { 0 };
                 if side_doubts > SIDE_PATIENCE {
-                    return Checked::Failed(*leaf);
+                    return Checked::Failed;
                 }
                 let with_doubts = |(child, is_empty)| (Leaf { side_doubts, ..child }, is_empty);
                 Checked::Split(Box::new(children.map(with_doubts)))
@@ -285,7 +293,7 @@ impl<'a> Cover<'a> {
     /// Splits every leaf of the coarsest level among those that the surface passes through.
     pub(super) fn split_coarsest(&mut self, nodes: &Nodes) {
         let is_crossed = |i: usize, leaf: &Leaf| leaf.cell.level < DEEPEST && nodes.is_crossed(i, &leaf.cell);
-        let leaves = self.leaves.iter().enumerate();
+        let leaves = self.leaves.par_iter().enumerate().evenly_by(TASK);
         let level: Vec<Option<u32>> =
             leaves.map(|(i, leaf)| is_crossed(i, leaf).then_some(leaf.cell.level)).collect();
         let coarsest = level.iter().flatten().min().copied();
@@ -310,38 +318,50 @@ impl<'a> Cover<'a> {
         loop {
             let around = self.balance();
             let mut nodes = self.nodes(&around);
-            let checked: Vec<Checked> =
-                (0..self.leaves.len()).into_par_iter().evenly().map(|i| self.check_leaf(i, &nodes)).collect();
+            let leaves = (0..self.leaves.len()).into_par_iter().evenly();
+            let checked: Vec<Option<Checked>> = leaves.map(|i| self.check_leaf(i, &nodes)).collect();
             let mut room = self.options.most_leaves.saturating_sub(checked.len());
-            let mut is_changed = false;
-            let mut leaves = Vec::with_capacity(self.leaves.len());
-            for (leaf, checked) in self.leaves.iter().zip(checked) {
+            let mut split = Vec::new();
+            for (i, (leaf, checked)) in self.leaves.iter_mut().zip(checked).enumerate() {
                 match checked {
-                    Checked::Passed(leaf) => leaves.push(leaf),
-                    Checked::Split(children) if room >= 8 => {
+                    None => {}
+                    Some(Checked::Passed(set)) => *leaf = leaf.passed(set),
+                    Some(Checked::Split(children)) if room >= 8 => {
                         room -= 8;
-                        is_changed = true;
-                        leaves.extend(open(children.into_iter()));
+                        split.push((i, children));
                     }
-                    Checked::Failed(_) | Checked::Split(_) => leaves.push(Leaf { uncertain: true, ..*leaf }),
+                    Some(Checked::Failed | Checked::Split(_)) => leaf.uncertain = true,
                 }
             }
-            self.leaves = leaves;
-            if !is_changed {
-                let cuts = self.leaves.iter().map(|leaf| leaf.passed);
-                nodes.sets.iter_mut().zip(cuts).for_each(|(set, cut)| *set = cut.unwrap_or(*set));
+            if split.is_empty() {
+                let cuts = self.leaves.par_iter().map(|leaf| leaf.passed);
+                let sets = nodes.sets.par_iter_mut().zip(cuts).evenly_by(TASK);
+                sets.for_each(|(set, cut)| *set = cut.unwrap_or(*set));
                 return nodes;
             }
+            self.replace(split);
         }
     }
 
-    fn check_leaf(&self, i: usize, nodes: &Nodes) -> Checked {
+    /// Checks a leaf among its neighbours; none if it has its certificate with its nodes as they are.
+    fn check_leaf(&self, i: usize, nodes: &Nodes) -> Option<Checked> {
         let leaf = &self.leaves[i];
         let set = nodes.sets[i];
-        if leaf.passed == Some(set) {
-            return Checked::Passed(*leaf);
+        let is_new = leaf.passed != Some(set);
+        is_new.then(|| self.check_with(leaf, set, &nodes.local_values(i, &leaf.cell)))
+    }
+
+    /// Puts those of the children that may have zeros into the places of their leaves; these ascend.
+    fn replace(&mut self, split: Vec<(usize, Children)>) {
+        let mut leaves = Vec::with_capacity(self.leaves.len() + 7 * split.len());
+        let mut rest = 0;
+        for (i, children) in split {
+            leaves.extend_from_slice(&self.leaves[rest..i]);
+            leaves.extend(open(children.into_iter()));
+            rest = i + 1;
         }
-        self.check_with(leaf, set, &nodes.local_values(i, &leaf.cell))
+        leaves.extend_from_slice(&self.leaves[rest..]);
+        self.leaves = leaves;
     }
 
     /// How far rounding moves nodes, in half edges of the cell.

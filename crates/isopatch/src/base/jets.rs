@@ -9,18 +9,20 @@ use rayon::prelude::*;
 const TASK: usize = 64;
 
 /// What `take` makes of the jet at each point. Points are evaluated in batches, by all threads.
-pub(super) fn of_jets<T: Send>(
+pub(super) fn of_jets<T: Clone + Default + Send>(
     field: &dyn Field,
     positions: &[Point3],
     take: impl Fn(&Jet) -> T + Sync,
 ) -> Vec<T> {
-    let of_batch = |batch: &[Point3]| {
+    let of_batch = |(batch, taken): (&[Point3], &mut [T])| {
         let points: Points = batch.iter().copied().collect();
         let mut jets = Jets::zeros(batch.len());
         field.jets(points.view(), &mut jets);
-        (0..batch.len()).map(|i| take(&jets.get(i))).collect::<Vec<T>>()
+        taken.iter_mut().enumerate().for_each(|(i, taken)| *taken = take(&jets.get(i)));
     };
-    positions.par_chunks(TASK).evenly().flat_map_iter(of_batch).collect()
+    let mut taken = vec![T::default(); positions.len()];
+    positions.par_chunks(TASK).zip(taken.par_chunks_mut(TASK)).evenly().for_each(of_batch);
+    taken
 }
 
 #[cfg(test)]

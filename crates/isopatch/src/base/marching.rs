@@ -83,7 +83,8 @@ pub(super) fn march(cover: &Cover<'_>, nodes: &Nodes, bounds: &Aabb) -> Result<T
         let share = nodes.values.iter().filter(|f| f.is_nan()).count() as f64 / nodes.values.len() as f64;
         return Err(BaseError::Undefined { share, at: Some(cover.lattice.position(node_of(place))) });
     }
-    let sides: Vec<BoxSides> = positions.iter().map(|p| BoxSides::of(p, bounds)).collect();
+    let sides: Vec<BoxSides> =
+        positions.par_iter().evenly_by(TASK).map(|p| BoxSides::of(p, bounds)).collect();
     let is_clipped = sides.iter().any(|s| !s.is_empty());
     let clip = is_clipped.then_some(Clip { bounds: *bounds, sides });
     Ok(TriangleMesh { positions, faces, clip })

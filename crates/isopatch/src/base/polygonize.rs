@@ -11,6 +11,8 @@ use super::singular::{median, singular_near};
 use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
 use crate::geom::{Aabb, Point3};
+use crate::parallel::Evenly;
+use rayon::prelude::*;
 
 /// Settings of [`polygonize`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +46,9 @@ pub struct Polygonization {
     pub step: f64,
 }
 
+/// Leaves that one task looks at.
+const TASK: usize = 128;
+
 /// Triangles of a cell that the surface passes through, on average: foresees their number.
 const TRIANGLES_OF_CELL: usize = 6;
 
@@ -66,13 +71,16 @@ pub fn polygonize(
         cover.split_coarsest(&nodes);
         nodes = cover.certify();
     }
-    let is_certain = !cover.leaves.iter().any(|leaf| leaf.uncertain) && cover.borders_are_certain(&nodes);
-    let mesh = march(&cover, &nodes, bounds)?;
+    // What one thread does alone goes beside what all of them share.
+    let (mesh, (is_certain, step)) = rayon::join(
+        || march(&cover, &nodes, bounds),
+        || (is_certain(&cover, &nodes), step(&cover, &nodes)),
+    );
+    let mesh = mesh?;
     if mesh.faces.is_empty() && is_certain {
         return Err(no_surface(field, region, true));
     }
-    let mut done =
-        Polygonization { mesh, certified: is_certain, cells: cover.leaves.len(), step: step(&cover, &nodes) };
+    let mut done = Polygonization { mesh, certified: is_certain, cells: cover.leaves.len(), step };
     if !is_certain {
         refuse_unresolved(&cover, &nodes)?;
         settle(&mut cover, &mut done, bounds)?;
@@ -87,9 +95,15 @@ fn no_surface(field: &dyn Field, region: &Aabb, proven: bool) -> BaseError {
     BaseError::NoSurface { negative: field.value(region.center()) < 0.0, proven }
 }
 
-fn crossed<'a>(cover: &'a Cover<'_>, nodes: &'a Nodes) -> impl Iterator<Item = &'a Leaf> {
-    let leaves = cover.leaves.iter().enumerate();
+/// The leaves that the surface passes through.
+fn crossed<'a>(cover: &'a Cover<'_>, nodes: &'a Nodes) -> impl ParallelIterator<Item = &'a Leaf> {
+    let leaves = cover.leaves.par_iter().enumerate().evenly_by(TASK);
     leaves.filter(|(i, leaf)| nodes.is_crossed(*i, &leaf.cell)).map(|(_, leaf)| leaf)
+}
+
+/// Has every leaf its certificate, and so what is between them?
+fn is_certain(cover: &Cover<'_>, nodes: &Nodes) -> bool {
+    !cover.leaves.iter().any(|leaf| leaf.uncertain) && cover.borders_are_certain(nodes)
 }
 
 fn too_few_triangles(cover: &Cover<'_>, nodes: &Nodes, options: &PolygonizeOptions) -> bool {
@@ -104,7 +118,8 @@ fn too_few_triangles(cover: &Cover<'_>, nodes: &Nodes, options: &PolygonizeOptio
 }
 
 fn step(cover: &Cover<'_>, nodes: &Nodes) -> f64 {
-    crossed(cover, nodes).map(|leaf| cover.lattice.cell_box(&leaf.cell).size().max()).fold(0.0, f64::max)
+    let edge = |leaf: &Leaf| cover.lattice.cell_box(&leaf.cell).size().max();
+    crossed(cover, nodes).map(edge).reduce(|| 0.0, f64::max)
 }
 
 /// Level from which cells are so small that a singular point is looked for in those that may have one.

@@ -15,6 +15,11 @@ use super::sizing::automatic_count;
 use super::triangle_mesh::TriangleMesh;
 use crate::field::Field;
 use crate::geom::{Aabb, Point3, Vec3};
+use crate::parallel::Evenly;
+use rayon::prelude::*;
+
+/// Faces that one task looks at.
+const TASK: usize = 256;
 
 /// Settings of [`seed_mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,15 +180,19 @@ fn signed_volume(mesh: &TriangleMesh) -> f64 {
 /// Curvatures that are at least the turn of the normal along the edges at a vertex: a sharp rim can pass between all
 /// vertices of a coarse mesh.
 fn with_turns(mesh: &TriangleMesh, normals: &[Vec3], mut curvatures: Vec<f64>) -> Vec<f64> {
-    for f in &mesh.faces {
-        for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
-            let (a, b) = (a as usize, b as usize);
-            let turn = (normals[a] - normals[b]).norm() / (mesh.positions[a] - mesh.positions[b]).norm();
-            if turn.is_finite() {
-                curvatures[a] = curvatures[a].max(turn);
-                curvatures[b] = curvatures[b].max(turn);
-            }
-        }
+    let turn = |a: u32, b: u32| {
+        let [a, b] = [a, b].map(|v| v as usize);
+        let turn = (normals[a] - normals[b]).norm() / (mesh.positions[a] - mesh.positions[b]).norm();
+        if turn.is_finite() { turn } else { 0.0 }
+    };
+    let of_face = |&[a, b, c]: &[u32; 3]| {
+        let [ab, bc, ca] = [turn(a, b), turn(b, c), turn(c, a)];
+        [ab.max(ca), ab.max(bc), bc.max(ca)]
+    };
+    let turns: Vec<[f64; 3]> = mesh.faces.par_iter().evenly_by(TASK).map(of_face).collect();
+    for (v, turn) in mesh.faces.iter().flatten().zip(turns.iter().flatten()) {
+        let curvature = &mut curvatures[*v as usize];
+        *curvature = curvature.max(*turn);
     }
     curvatures
 }

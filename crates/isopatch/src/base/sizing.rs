@@ -112,16 +112,17 @@ pub(super) fn sizes_from_errors(
     normal: &[Vec3],
     tensor: &[Mat3],
 ) -> Vec<f64> {
-    let rate_of = |edges: &[[usize; 2]]| {
+    let rate_of = |(edges, rates): (&[[usize; 2]], &mut [f64])| {
         let middles: Points = edges.iter().map(|[a, b]| curve_middle(x, normal, tensor, *a, *b)).collect();
         let (mut f, mut gradient) = (vec![0.0; edges.len()], Points::zeros(edges.len()));
         field.gradients(middles.view(), &mut f, gradient.view_mut());
         let rate = |(i, [a, b]): (usize, &[usize; 2])| {
             f[i].abs() / gradient.get(i).norm() / (x[*a] - x[*b]).norm().powi(ORDER)
         };
-        edges.iter().enumerate().map(rate).collect::<Vec<f64>>()
+        rates.iter_mut().zip(edges.iter().enumerate().map(rate)).for_each(|(of_edge, rate)| *of_edge = rate);
     };
-    let rates: Vec<f64> = edges.par_chunks(TASK).evenly().flat_map_iter(rate_of).collect();
+    let mut rates = vec![0.0; edges.len()];
+    edges.par_chunks(TASK).zip(rates.par_chunks_mut(TASK)).evenly().for_each(rate_of);
     let mut rate = vec![(0.0, 0.0); x.len()];
     for (e, [a, b]) in rates.into_iter().zip(edges) {
         if e.is_finite() {

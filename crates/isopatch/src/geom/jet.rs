@@ -1,7 +1,7 @@
 use super::{Mat3, Points, Vec3};
 
 /// Value, gradient and Hessian of a scalar function at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Jet {
     /// f.
     pub value: f64,

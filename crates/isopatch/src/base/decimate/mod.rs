@@ -59,25 +59,43 @@ const TASK: usize = 256;
 /// in the sides of the box that cuts the mesh. A closed mesh gets `faces` faces exactly, an open one perhaps one less. The
 /// result does not depend on the number of threads.
 pub fn decimate(mesh: &TriangleMesh, normals: &[Vec3], faces: usize) -> Result<TriangleMesh, BaseError> {
-    // Quadrics lose digits far from the origin.
-    let center = mesh.positions.first().copied().unwrap_or_default();
-    let mut draft = Draft::new(vertices(mesh, normals, &center), mesh.faces.clone());
-    thin_out(&mut draft, faces);
-    let Draft { mut vertices, faces: left, .. } = draft;
-    let Some(connectivity) = Connectivity::from_faces(vertices.len(), &left) else {
-        return Ok(mesh.clone());
-    };
-    vertices.par_iter_mut().evenly_by(TASK).for_each(|vertex| vertex.is_locked = false);
-    let mut connectivity = finish(connectivity, &mut vertices, faces)?;
-    let kept = connectivity.compact();
-    let of_kept = |v: &u32| &vertices[*v as usize];
-    let mut positions: Vec<Point3> = kept.iter().map(|v| of_kept(v).position + center).collect();
-    let clip = mesh.clip.as_ref().map(|clip| {
-        let sides: Vec<BoxSides> = kept.iter().map(|v| of_kept(v).sides).collect();
-        positions.iter_mut().zip(&sides).for_each(|(p, s)| *p = s.snap(*p, &clip.bounds));
-        Clip { bounds: clip.bounds, sides }
-    });
-    Ok(TriangleMesh { positions, faces: connectivity.faces().collect(), clip })
+    Decimation::new(mesh, normals).to(faces)
+}
+
+/// A mesh with the quadrics of its vertices, before the first collapse: the same for any number of faces.
+pub(super) struct Decimation<'a> {
+    mesh: &'a TriangleMesh,
+    center: Point3,
+    draft: Draft,
+}
+
+impl<'a> Decimation<'a> {
+    pub fn new(mesh: &'a TriangleMesh, normals: &[Vec3]) -> Self {
+        // Quadrics lose digits far from the origin.
+        let center = mesh.positions.first().copied().unwrap_or_default();
+        Self { mesh, center, draft: Draft::new(vertices(mesh, normals, &center), mesh.faces.clone()) }
+    }
+
+    /// The mesh with at most `faces` faces, see [`decimate`].
+    pub fn to(self, faces: usize) -> Result<TriangleMesh, BaseError> {
+        let Self { mesh, center, mut draft } = self;
+        thin_out(&mut draft, faces);
+        let Draft { mut vertices, faces: left, .. } = draft;
+        let Some(connectivity) = Connectivity::from_faces(vertices.len(), &left) else {
+            return Ok(mesh.clone());
+        };
+        vertices.par_iter_mut().evenly_by(TASK).for_each(|vertex| vertex.is_locked = false);
+        let mut connectivity = finish(connectivity, &mut vertices, faces)?;
+        let kept = connectivity.compact();
+        let of_kept = |v: &u32| &vertices[*v as usize];
+        let mut positions: Vec<Point3> = kept.iter().map(|v| of_kept(v).position + center).collect();
+        let clip = mesh.clip.as_ref().map(|clip| {
+            let sides: Vec<BoxSides> = kept.iter().map(|v| of_kept(v).sides).collect();
+            positions.iter_mut().zip(&sides).for_each(|(p, s)| *p = s.snap(*p, &clip.bounds));
+            Clip { bounds: clip.bounds, sides }
+        });
+        Ok(TriangleMesh { positions, faces: connectivity.faces().collect(), clip })
+    }
 }
 
 /// Collapses in blocks, as long as there are several, down to a little more than `faces` faces.

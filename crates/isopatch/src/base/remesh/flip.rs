@@ -97,13 +97,16 @@ impl Remesher<'_> {
             let mut flips = 0;
             let faces = self.mesh.faces_in_parallel().evenly_by(TASK);
             // Only flips of poor faces gain something, or of those that are new.
-            let mut may_gain: Vec<bool> = faces.map(|face| self.is_poor(&self.form(face))).collect();
-            for h in self.mesh.edges() {
-                let sides = [Some(h), self.mesh.twin(h)];
-                let faces = sides.into_iter().flatten().map(|h| h as usize / 3);
-                if faces.clone().any(|f| may_gain[f]) && self.is_better_flipped(h) && self.can_flip(h) {
+            let is_poor: Vec<bool> = faces.map(|face| self.is_poor(&self.form(face))).collect();
+            let edges = self.mesh.edges();
+            let gains = |h: &u32| self.has_side(*h, &is_poor) && self.is_better_flipped(*h);
+            let gains: Vec<bool> = edges.par_iter().evenly_by(TASK).map(gains).collect();
+            let mut is_new = vec![false; is_poor.len()];
+            for (h, gains) in edges.into_iter().zip(gains) {
+                let gains = if self.has_side(h, &is_new) { self.is_better_flipped(h) } else { gains };
+                if gains && self.can_flip(h) {
                     self.mesh.flip(h);
-                    faces.for_each(|f| may_gain[f] = true);
+                    self.sides_of(h).for_each(|f| is_new[f] = true);
                     flips += 1;
                 }
             }
@@ -111,6 +114,16 @@ impl Remesher<'_> {
                 break;
             }
         }
+    }
+
+    /// The faces at an edge.
+    fn sides_of(&self, h: u32) -> impl Iterator<Item = usize> + use<> {
+        [Some(h), self.mesh.twin(h)].into_iter().flatten().map(|h| h as usize / 3)
+    }
+
+    /// Is one of the faces at an edge marked?
+    fn has_side(&self, h: u32, is_marked: &[bool]) -> bool {
+        self.sides_of(h).any(|f| is_marked[f])
     }
 
     fn is_better_flipped(&self, h: u32) -> bool {

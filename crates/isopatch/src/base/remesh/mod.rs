@@ -162,28 +162,34 @@ impl<'a> Remesher<'a> {
 
 impl Remesher<'_> {
     pub fn update_sizes(&mut self, faces: usize) {
-        let edges = self.mesh.edge_ends();
-        // Without a gradient there is no curvature; that is found out at the end.
-        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
-        let tensor = of_jets(self.field, &self.x, |jet| finite(jet.curvature_tensor()));
+        // What one thread does alone goes beside what all of them share.
+        let (tensor, edges) = rayon::join(|| self.curvature_tensors(), || self.mesh.edge_ends());
         let curvature: Vec<f64> = tensor.par_iter().evenly_by(TASK).map(largest_curvature).collect();
-        if !self.given_lengths {
-            let errors = sizes_from_errors(self.field, &edges, &self.x, &self.normal, &tensor);
-            self.relative = blend_with_curvature(errors, &curvature, &self.options.sizing);
-        }
-        let caps = self.lean_caps();
-        self.size = sizes_for_count(
-            &FaceAreas::new(&self.mesh, &self.x),
-            &edges,
-            &self.x,
-            &curvature,
-            &self.relative,
-            &caps,
-            faces,
-            &self.options.sizing,
+        let (relative, (caps, areas)) = rayon::join(
+            || (!self.given_lengths).then(|| self.lengths_from_errors(&edges, &tensor, &curvature)),
+            || (self.lean_caps(), FaceAreas::new(&self.mesh, &self.x)),
         );
+        if let Some(relative) = relative {
+            self.relative = relative;
+        }
+        let sizing = &self.options.sizing;
         let pairs = tensor.par_iter().zip(&self.normal).evenly_by(TASK);
-        self.metric = pairs.map(|(m, n)| stretch(m, n, &self.options.sizing)).collect();
+        (self.size, self.metric) = rayon::join(
+            || sizes_for_count(&areas, &edges, &self.x, &curvature, &self.relative, &caps, faces, sizing),
+            || pairs.map(|(m, n)| stretch(m, n, sizing)).collect(),
+        );
+    }
+
+    /// Curvature tensors at the vertices; without a gradient there is none, which is found out at the end.
+    fn curvature_tensors(&self) -> Vec<Mat3> {
+        let finite = |m: Mat3| if m.sum().is_finite() { m } else { Mat3::zeros() };
+        of_jets(self.field, &self.x, |jet| finite(jet.curvature_tensor()))
+    }
+
+    /// Relative edge lengths at the vertices, from the surface.
+    fn lengths_from_errors(&self, edges: &[[usize; 2]], tensor: &[Mat3], curvature: &[f64]) -> Vec<f64> {
+        let errors = sizes_from_errors(self.field, edges, &self.x, &self.normal, tensor);
+        blend_with_curvature(errors, curvature, &self.options.sizing)
     }
 
     /// Edge lengths at each vertex for which its faces would lean just as far from their normals as they may.

@@ -25,6 +25,12 @@ impl Remesher<'_> {
         &mut self,
         target: impl Fn(&Self, usize) -> Point3 + Sync,
     ) -> (Vec<Point3>, Vec<Vec3>) {
+        let (x, normal) = self.moved(target);
+        (std::mem::replace(&mut self.x, x), std::mem::replace(&mut self.normal, normal))
+    }
+
+    /// Positions and normals of the vertices once they have moved, see [`Self::move_within_surface`].
+    fn moved(&self, target: impl Fn(&Self, usize) -> Point3 + Sync) -> (Vec<Point3>, Vec<Vec3>) {
         let n = self.x.len();
         let (mut x, mut normal) = (vec![Point3::zeros(); n], vec![Vec3::zeros(); n]);
         let moved = x.par_chunks_mut(TASK).zip(normal.par_chunks_mut(TASK));
@@ -38,7 +44,7 @@ impl Remesher<'_> {
             // Without a gradient there is no normal; that is found out at the end.
             normal.iter_mut().enumerate().for_each(|(i, n)| *n = unit_or_zero(&gradient.get(i)));
         });
-        (std::mem::replace(&mut self.x, x), std::mem::replace(&mut self.normal, normal))
+        (x, normal)
     }
 
     /// Projects new positions of the vertices from `first` on; those that are of no use become the old ones.
@@ -66,8 +72,9 @@ impl Remesher<'_> {
     }
 
     pub fn smooth_repeatedly(&mut self) {
-        self.put_on_surface();
-        let leaving = self.mesh.leaving();
+        let projected = || self.moved(|before, v| before.x[v]);
+        let (on_surface, leaving) = rayon::join(projected, || self.mesh.leaving());
+        (self.x, self.normal) = on_surface;
         for _ in 0..self.options.smoothing {
             self.smooth(&leaving);
         }
