@@ -151,9 +151,8 @@ fn least_that_works(
     const GROWTH: f64 = 1.3;
     const BISECTIONS: usize = 3;
     let even = |f: usize| f + f % 2;
-    let shaped_to = |faces: usize| {
-        shaped(field, seed, Decimation::new(&seed.mesh, &seed.normals), faces, options)
-    };
+    let shaped_to =
+        |faces: usize| shaped(field, seed, Decimation::new(&seed.mesh, &seed.normals), faces, options);
     let mut too_few = faces;
     let mut found = None;
     while found.is_none() {

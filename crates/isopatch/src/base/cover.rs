@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::bounds::may_vanish;
 use super::certificate::{Bounds, Doubt, Piece, check, has_sign_of};
 use super::numbering::Numbering;
-use super::octree::{Cell, DEEPEST, KeyMap, Lattice, Surroundings, find, index, key, node_of, surroundings};
+use super::octree::{Cell, DEEPEST, Index, Lattice, Surroundings, key, node_of, surroundings};
 use super::tetrahedra::{CENTER, LOCAL_NODES, NodeSet, local, middle, ring};
 use crate::field::Field;
 use crate::geom::{Point3, Points, PointsView};
@@ -155,6 +155,8 @@ pub(super) struct Cover<'a> {
 
 /// Nodes of the leaves, and the values of f there.
 pub(super) struct Nodes {
+    /// The leaves by their cells.
+    index: Index,
     /// Of the nodes on the surface of leaves.
     numbering: Numbering,
     /// Corners of each leaf.
@@ -261,10 +263,6 @@ impl<'a> Cover<'a> {
         self.field
     }
 
-    fn cells(&self) -> Vec<Cell> {
-        self.leaves.iter().map(|leaf| leaf.cell).collect()
-    }
-
     /// Replaces leaves by their children; leaves that could not be certified stay so in their children.
     fn split(&mut self, is_split: &[bool]) {
         let (field, lattice) = (self.field, &self.lattice);
@@ -277,13 +275,12 @@ impl<'a> Cover<'a> {
     }
 
     /// Splits leaves until those that touch differ by one level at most.
-    fn balance(&mut self) -> Vec<Surroundings> {
+    fn balance(&mut self) -> (Index, Vec<Surroundings>) {
         loop {
-            let cells = self.cells();
-            let index = index(&cells);
-            let around = surroundings(&self.lattice, &cells, &index);
+            let index = Index::of(self.leaves.iter().map(|leaf| leaf.cell).collect());
+            let around = surroundings(&self.lattice, &index);
             if !around.iter().any(|s| s.too_coarse) {
-                return around;
+                return (index, around);
             }
             let too_coarse: Vec<bool> = around.iter().map(|s| s.too_coarse).collect();
             self.split(&too_coarse);
@@ -316,8 +313,8 @@ impl<'a> Cover<'a> {
     /// Splits leaves until each has a certificate, or no hope for one, and returns the nodes.
     pub(super) fn certify(&mut self) -> Nodes {
         loop {
-            let around = self.balance();
-            let mut nodes = self.nodes(&around);
+            let (index, around) = self.balance();
+            let mut nodes = self.nodes(index, &around);
             let leaves = (0..self.leaves.len()).into_par_iter().evenly();
             let checked: Vec<Option<Checked>> = leaves.map(|i| self.check_leaf(i, &nodes)).collect();
             let mut room = self.options.most_leaves.saturating_sub(checked.len());
@@ -372,7 +369,7 @@ impl<'a> Cover<'a> {
         f64::EPSILON * reach.max() / half
     }
 
-    fn nodes(&self, around: &[Surroundings]) -> Nodes {
+    fn nodes(&self, index: Index, around: &[Surroundings]) -> Nodes {
         let of_corners = |leaf: &Leaf| CORNERS.map(|n| key(leaf.cell.node(local(n))));
         let corners: Vec<[u64; 8]> = self.leaves.par_iter().evenly_by(TASK).map(of_corners).collect();
         let (mut numbering, numbers) = Numbering::of(corners.as_flattened());
@@ -387,15 +384,16 @@ impl<'a> Cover<'a> {
             })
             .collect();
         // Middles of sides that no leaf has as a corner.
-        for (leaf, set) in self.leaves.iter().zip(&sets) {
+        for (leaf, set) in self.leaves.iter().zip(&sets).filter(|(_, set)| !set.is_plain()) {
             let middles = (0..6).map(middle).filter(|n| set.contains(*n));
             middles.for_each(|n| numbering.add(key(leaf.cell.node(local(n)))));
         }
         let mut places = std::mem::take(&mut numbering.keys);
-        places.extend(self.leaves.iter().map(|leaf| key(leaf.cell.node(local(CENTER)))));
+        let center = |leaf: &Leaf| key(leaf.cell.node(local(CENTER)));
+        places.par_extend(self.leaves.par_iter().evenly_by(TASK).map(center));
         let values = self.values(&places);
         let corners = numbers.as_chunks().0.to_vec();
-        Nodes { numbering, corners, sets, places, values }
+        Nodes { index, numbering, corners, sets, places, values }
     }
 
     /// f at nodes.
@@ -414,13 +412,12 @@ impl<'a> Cover<'a> {
 
     /// Condition 3 of the certificate: next to cells without zeros, values at nodes have the sign that f has there.
     pub(super) fn borders_are_certain(&self, nodes: &Nodes) -> bool {
-        let cells = self.cells();
-        let index = index(&cells);
-        (0..cells.len()).into_par_iter().evenly_by(TASK).all(|i| {
-            let values = nodes.local_values(i, &cells[i]);
+        (0..self.leaves.len()).into_par_iter().evenly_by(TASK).all(|i| {
+            let cell = &self.leaves[i].cell;
+            let values = nodes.local_values(i, cell);
             let set = nodes.sets[i];
-            self.border_nodes(&cells, &index, i).iter().filter(|n| set.contains(*n)).all(|n| {
-                let position = self.lattice.position(cells[i].node(local(n)));
+            self.border_nodes(&nodes.index, cell).iter().filter(|n| set.contains(*n)).all(|n| {
+                let position = self.lattice.position(cell.node(local(n)));
                 has_sign_of(&self.leaves[i].bounds.value, n, values[n])
                     || values[n].abs() > self.field.rounding_bound(position)
             })
@@ -428,19 +425,15 @@ impl<'a> Cover<'a> {
     }
 
     /// The local nodes of a leaf on the parts of its surface where no leaf is on the other side.
-    fn border_nodes(&self, cells: &[Cell], index: &KeyMap<u32>, i: usize) -> NodeSet {
+    fn border_nodes(&self, index: &Index, cell: &Cell) -> NodeSet {
         let mut found = NodeSet::NONE;
-        let cell = &cells[i];
         for side in 0..6 {
             let mut steps = [0; 3];
             steps[side / 2] = if side % 2 == 1 { 1 } else { -1 };
             let Some(beside) = self.lattice.neighbor(cell, steps) else { continue };
             // The neighbour may be one level coarser.
             let coarser = beside.level.saturating_sub(1);
-            if (coarser..=beside.level)
-                .rev()
-                .any(|level| find(cells, index, &beside.ancestor(level)).is_some())
-            {
+            if (coarser..=beside.level).rev().any(|level| index.find(&beside.ancestor(level)).is_some()) {
                 continue;
             }
             let around = ring(side);
@@ -450,7 +443,7 @@ impl<'a> Cover<'a> {
                 if beside.level < DEEPEST {
                     finer = beside.children().into_iter().find(|child| touches(child, cell, corner, side));
                 }
-                if finer.is_none_or(|child| find(cells, index, &child).is_none()) {
+                if finer.is_none_or(|child| index.find(&child).is_none()) {
                     let last = around[(2 * quarter + 7) % 8];
                     let nodes = [corner, around[2 * quarter + 1], last, middle(side)];
                     found = nodes.into_iter().fold(found, NodeSet::with);

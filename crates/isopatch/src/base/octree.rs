@@ -168,23 +168,31 @@ pub(super) struct Surroundings {
     pub(super) beside_finer: bool,
 }
 
-/// The leaves by the keys of their smallest corners; no two leaves share that corner.
-pub(super) fn index(leaves: &[Cell]) -> KeyMap<u32> {
-    let mut index = KeyMap::with_capacity_and_hasher(leaves.len(), BuildHasherDefault::default());
-    index.extend(leaves.iter().enumerate().map(|(i, leaf)| (key(leaf.corner), i as u32)));
-    index
+/// Leaves by the keys of their smallest corners, which no two share.
+pub(super) struct Index {
+    leaves: Vec<Cell>,
+    numbers: KeyMap<u32>,
 }
 
-/// The leaf that is just this cell.
-pub(super) fn find(leaves: &[Cell], index: &KeyMap<u32>, cell: &Cell) -> Option<usize> {
-    let i = *index.get(&key(cell.corner))? as usize;
-    (leaves[i].level == cell.level).then_some(i)
+impl Index {
+    pub(super) fn of(leaves: Vec<Cell>) -> Self {
+        let mut numbers = KeyMap::with_capacity_and_hasher(leaves.len(), BuildHasherDefault::default());
+        numbers.extend((0..).zip(&leaves).map(|(i, leaf)| (key(leaf.corner), i)));
+        Self { leaves, numbers }
+    }
+
+    /// The number of the leaf that is just this cell.
+    pub(super) fn find(&self, cell: &Cell) -> Option<usize> {
+        let i = *self.numbers.get(&key(cell.corner))? as usize;
+        (self.leaves[i].level == cell.level).then_some(i)
+    }
 }
 
 /// For each leaf, whether finer ones touch it, if only at a corner. Levels differ by one at most if none is too coarse.
-pub(super) fn surroundings(lattice: &Lattice, leaves: &[Cell], index: &KeyMap<u32>) -> Vec<Surroundings> {
+pub(super) fn surroundings(lattice: &Lattice, index: &Index) -> Vec<Surroundings> {
     /// Leaves that one task looks at.
     const TASK: usize = 128;
+    let leaves = &index.leaves;
     let coarsest = leaves.iter().map(|leaf| leaf.level).min().unwrap_or(0);
     // The coarser leaves beside a leaf, and whether they are much coarser.
     let coarser_beside = |leaf: &Cell| {
@@ -197,7 +205,7 @@ pub(super) fn surroundings(lattice: &Lattice, leaves: &[Cell], index: &KeyMap<u3
         around.flat_map(move |beside| {
             let levels = coarsest..=beside.level;
             levels.filter_map(move |level| {
-                find(leaves, index, &beside.ancestor(level)).map(|i| (i, level < beside.level))
+                index.find(&beside.ancestor(level)).map(|i| (i, level < beside.level))
             })
         })
     };
@@ -242,9 +250,10 @@ mod tests {
         let fine = eight[0].children();
         let finest = fine[7].children();
         let leaves: Vec<Cell> = finest.into_iter().chain(fine[..7].to_vec()).chain([eight[7]]).collect();
-        let found = surroundings(&lattice, &leaves, &index(&leaves));
-        let too_coarse: Vec<usize> = (0..leaves.len()).filter(|i| found[*i].too_coarse).collect();
-        assert_eq!(too_coarse, [leaves.len() - 1]);
+        let count = leaves.len();
+        let found = surroundings(&lattice, &Index::of(leaves));
+        let too_coarse: Vec<usize> = (0..count).filter(|i| found[*i].too_coarse).collect();
+        assert_eq!(too_coarse, [count - 1]);
         assert_eq!(found.iter().filter(|s| s.beside_finer).count(), 7);
     }
 }

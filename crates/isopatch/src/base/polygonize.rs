@@ -72,10 +72,8 @@ pub fn polygonize(
         nodes = cover.certify();
     }
     // What one thread does alone goes beside what all of them share.
-    let (mesh, (is_certain, step)) = rayon::join(
-        || march(&cover, &nodes, bounds),
-        || (is_certain(&cover, &nodes), step(&cover, &nodes)),
-    );
+    let (mesh, (is_certain, step)) =
+        rayon::join(|| march(&cover, &nodes, bounds), || (is_certain(&cover, &nodes), step(&cover, &nodes)));
     let mesh = mesh?;
     if mesh.faces.is_empty() && is_certain {
         return Err(no_surface(field, region, true));
