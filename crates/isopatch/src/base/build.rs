@@ -85,7 +85,7 @@ pub fn build(field: &dyn Field, bounds: &Aabb, options: &BaseOptions) -> Result<
     base_from_seed(field, &seed, options)
 }
 
-/// The base mesh over a seed mesh: [`decimate`], [`remesh`], [`finish`].
+/// The base mesh over a seed mesh: [`decimate`](super::decimate()), [`remesh`], [`finish`].
 ///
 /// Faces are counter-clockwise seen from where f > 0. If no spline surface could be built over a mesh with so few faces,
 /// the error names a count that works; an automatic count is raised instead.

@@ -8,7 +8,7 @@ use crate::parallel::Evenly;
 use rayon::prelude::*;
 
 /// Edges shorter than this times the wanted length are collapsed: the edges around are then nearer to it.
-const SHORT: f64 = 4.0 / 5.0;
+pub(super) const SHORT: f64 = 4.0 / 5.0;
 
 /// A collapse may not turn a face farther than this (cosine) from the normal at the merged vertex, and from those of
 /// the face's other corners.
@@ -77,14 +77,13 @@ impl Remesher<'_> {
             let [_, v, w] = self.mesh.corners(e);
             v == a || v == b || w == a || w == b || self.is_good_face(at, &normal, v, w)
         };
-        let is_good = !([a, b].iter().any(|v| self.mesh.neighbours(*v).any(is_far)))
-            && [a, b].iter().all(|v| self.mesh.ring(*v).all(fits));
-        is_good.then_some(Merged { at, normal, metric })
+        let is_against_shape = [a, b].iter().any(|v| self.mesh.neighbours(*v).any(is_far))
+            || ![a, b].iter().all(|v| self.mesh.ring(*v).all(fits));
+        (!is_against_shape).then_some(Merged { at, normal, metric })
     }
 
-    /// Merges the ends of an edge, unless that is against the topology; was it not?
+    /// Merges the ends of an edge, unless that is against the topology, as it hardly ever is; was it done?
     fn merge(&mut self, h: u32, Merged { at, normal, metric }: Merged) -> bool {
-        // Of the edges that are tried, hardly any is against the topology, and two in three are against the shape.
         if !self.mesh.can_collapse(h) {
             return false;
         }

@@ -93,27 +93,28 @@ impl Remesher<'_> {
     /// Flips that make the widest corner narrower, or faces that lean far lean less, until there is none.
     pub fn flip_for_angle(&mut self) {
         const PASSES: usize = 4;
-        for _ in 0..PASSES {
-            let mut flips = 0;
-            let faces = self.mesh.faces_in_parallel().evenly_by(TASK);
-            // Only flips of poor faces gain something, or of those that are new.
-            let is_poor: Vec<bool> = faces.map(|face| self.is_poor(&self.form(face))).collect();
-            let edges = self.mesh.edges();
-            let gains = |h: &u32| self.has_side(*h, &is_poor) && self.is_better_flipped(*h);
-            let gains: Vec<bool> = edges.par_iter().evenly_by(TASK).map(gains).collect();
-            let mut is_new = vec![false; is_poor.len()];
-            for (h, gains) in edges.into_iter().zip(gains) {
-                let gains = if self.has_side(h, &is_new) { self.is_better_flipped(h) } else { gains };
-                if gains && self.can_flip(h) {
-                    self.mesh.flip(h);
-                    self.sides_of(h).for_each(|f| is_new[f] = true);
-                    flips += 1;
-                }
-            }
-            if flips == 0 {
-                break;
+        (0..PASSES).take_while(|_| self.flip_for_angle_once() > 0).for_each(drop);
+    }
+
+    /// One pass of [`Self::flip_for_angle`] over all edges; the number of flips.
+    pub(super) fn flip_for_angle_once(&mut self) -> usize {
+        // Only flips of poor faces gain something, or of those that are new.
+        let faces = self.mesh.faces_in_parallel().evenly_by(TASK);
+        let is_poor: Vec<bool> = faces.map(|face| self.is_poor(&self.form(face))).collect();
+        let edges = self.mesh.edges();
+        let gains = |h: &u32| self.has_side(*h, &is_poor) && self.is_better_flipped(*h);
+        let gains: Vec<bool> = edges.par_iter().evenly_by(TASK).map(gains).collect();
+        let mut is_new = vec![false; is_poor.len()];
+        let mut flips = 0;
+        for (h, gains) in edges.into_iter().zip(gains) {
+            let gains = if self.has_side(h, &is_new) { self.is_better_flipped(h) } else { gains };
+            if gains && self.can_flip(h) {
+                self.mesh.flip(h);
+                self.sides_of(h).for_each(|f| is_new[f] = true);
+                flips += 1;
             }
         }
+        flips
     }
 
     /// The faces at an edge.
@@ -126,7 +127,7 @@ impl Remesher<'_> {
         self.sides_of(h).any(|f| is_marked[f])
     }
 
-    fn is_better_flipped(&self, h: u32) -> bool {
+    pub(super) fn is_better_flipped(&self, h: u32) -> bool {
         // Smaller gains may alternate for ever.
         const GAIN: f64 = 0.02;
         // Cosine of 120°: what a flip against leaning may leave as the widest corner.

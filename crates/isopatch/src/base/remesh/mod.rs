@@ -361,7 +361,8 @@ impl Remesher<'_> {
 #[allow(clippy::unwrap_used, reason = "a test that fails by a panic is a test that fails")]
 mod tests {
     use super::*;
-    use crate::base::test_fields::field;
+    use crate::base::test_fields::{CHAIR, cube, field};
+    use crate::base::{SeedOptions, seed_mesh};
     use crate::geom::Aabb;
 
     /// Half a torus by six faces: every vertex is in the side that cuts it, so that every edge inside is a bridge, and the edges
@@ -388,5 +389,53 @@ mod tests {
         };
         assert!(!work.mesh.edges().iter().any(is_bridge));
         assert_eq!([work.size.len(), work.metric.len()], [work.x.len(); 2]);
+    }
+
+    /// What remeshing does to faces and positions of a mesh with too many of them, when it has sizes.
+    fn after(text: &str, change: impl Fn(&mut Remesher<'_>)) -> (Vec<[u32; 3]>, Vec<Point3>) {
+        let field = field(text);
+        let seed = seed_mesh(&field, &cube(6.0), None, &SeedOptions::default()).unwrap();
+        let options = RemeshOptions::default();
+        let mut work = Remesher::new(&field, &seed.mesh, None, seed.diagonal, &options).unwrap();
+        work.put_on_surface();
+        work.remove_bridges();
+        work.update_sizes(seed.mesh.faces.len() / 3);
+        change(&mut work);
+        assert!(work.mesh.face_count() > 0);
+        (work.mesh.faces().collect(), work.x)
+    }
+
+    #[test]
+    fn collapses_that_are_tried_beforehand_are_those_of_one_after_the_other() {
+        for text in [CHAIR, "x^2+y^2-4"] {
+            let together = after(text, |work| work.collapse_short());
+            let in_turn = after(text, |work| {
+                for (_, h) in work.edges_by_length(|l| l < collapse::SHORT) {
+                    if work.mesh.is_half_edge(h) && work.relative_length(h) < collapse::SHORT {
+                        work.try_collapse(h, LONG);
+                    }
+                }
+            });
+            let before = after(text, |_| {});
+            assert!(4 * together.0.len() < 3 * before.0.len(), "many are collapsed");
+            assert_eq!(together, in_turn);
+        }
+    }
+
+    #[test]
+    fn flips_that_are_tried_beforehand_are_those_of_one_after_the_other() {
+        for text in [CHAIR, "x^2+y^2-4"] {
+            let before = after(text, |_| {});
+            let together = after(text, |work| assert!(work.flip_for_angle_once() > 0));
+            let in_turn = after(text, |work| {
+                for h in work.mesh.edges() {
+                    if work.is_better_flipped(h) && work.can_flip(h) {
+                        work.mesh.flip(h);
+                    }
+                }
+            });
+            assert_ne!(together, before);
+            assert_eq!(together, in_turn);
+        }
     }
 }
